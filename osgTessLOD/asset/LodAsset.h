@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/ViewError.h>
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace osgTessLOD {
+
+constexpr std::uint32_t kNoPatch = 0xFFFFFFFFU;
+
+/// The integer grid that all positions of an asset lie on. A vertex's lattice position is its patch's integer origin
+/// plus a 17-bit offset; its position in the asset's frame is step · float(lattice position), one multiplication after
+/// the exact integer sum, so that what two patches share decodes to the same bits. The frame's origin in the source's
+/// space is `origin`: (0,0,0) unless the source lies far from it compared with its size.
+struct Lattice {
+    std::array<double, 3> origin{};
+    float step = 1.0F;
+
+    static constexpr int kOffsetBits = 17;
+    static constexpr std::int32_t kMaxOffset = (1 << kOffsetBits) - 1;
+};
+
+/// One vertex of the hierarchy as it goes to the GPU: three 17-bit lattice offsets and the 13-bit index of its parent in
+/// the same patch's pattern one level coarser (0 at level 0). Bits 0–16 x, 17–33 y, 34–50 z, 51–63 parent.
+struct LodVertex {
+    std::uint64_t bits = 0;
+
+    static constexpr std::uint32_t kMaxParent = (1U << 13) - 1;
+
+    static LodVertex pack(const std::array<std::int32_t, 3>& offset, std::uint32_t parent)
+    {
+        const auto part = [&](int axis) { return static_cast<std::uint64_t>(offset[static_cast<std::size_t>(axis)]); };
+        return LodVertex{part(0) | part(1) << 17 | part(2) << 34 | static_cast<std::uint64_t>(parent) << 51};
+    }
+    std::array<std::int32_t, 3> offset() const
+    {
+        const auto part = [&](int shift) { return static_cast<std::int32_t>(bits >> shift & 0x1FFFF); };
+        return {part(0), part(17), part(34)};
+    }
+    std::uint32_t parent() const { return static_cast<std::uint32_t>(bits >> 51); }
+    bool operator==(const LodVertex& o) const { return bits == o.bits; }
+};
+
+/// A triangular patch of the control mesh. Edge s joins corner s to corner s + 1 (mod 3).
+struct LodPatch {
+    std::array<std::uint32_t, 3> baseVertices{};
+    std::array<std::uint32_t, 3> edges{};
+    std::array<std::int32_t, 3> latticeOrigin{};
+    std::array<float, 3> boundCenter{};  ///< sphere around every level's surface, morphs included; asset frame
+    float boundRadius = 0.0F;
+    std::array<float, 3> coneAxis{};     ///< unit; every triangle normal of every level is within the angle of it
+    float coneCosine = -1.0F;            ///< cosine of the cone's half angle; −1: no useful cone
+    float chartError = 0.0F;             ///< two-sided distance chart ↔ source, contained in every level's error
+    std::uint8_t finestLevel = 0;        ///< index into LodAsset::ladder
+};
+
+/// A border between two patches, or an open border (patches[1] == kNoPatch).
+/// patches[0] runs along it from baseVertices[0] to baseVertices[1], patches[1] the other way.
+struct LodEdge {
+    std::array<std::uint32_t, 2> baseVertices{};
+    std::array<std::uint32_t, 2> patches{kNoPatch, kNoPatch};
+    std::uint8_t finestLevel = 0;        ///< the smaller of its patches' finest levels
+};
+
+/// Error of one patch at one level against the source, object units.
+struct LevelError {
+    ViewError quadratic;
+    float isotropic = 0.0F;
+};
+
+/// One level of every patch that reaches it, in patch order: pattern vertices in index order.
+struct LodLevel {
+    std::vector<LodVertex> vertices;
+    std::vector<LevelError> errors;      ///< one per patch that reaches the level
+};
+
+/// Normals of the source on each patch's regular triangular grid, as a chain of halved resolutions.
+/// Grid point (i, j) of resolution r, 0 ≤ i, j, i + j ≤ r, has corner weights ((r−i−j)/r, i/r, j/r) and index
+/// j·(2r + 3 − j)/2 + i. A normal is octahedral, two 16-bit signed normalized numbers (x in the low half).
+struct NormalTexture {
+    std::uint32_t resolution = 0;                    ///< of the finest, a power of two; 0: the asset has no normals
+    std::vector<std::vector<std::uint32_t>> levels;  ///< resolution 1, 2, 4 …: patchCount · texelCount(r) values each
+
+    static std::uint32_t texelCount(std::uint32_t resolution) { return (resolution + 1) * (resolution + 2) / 2; }
+};
+
+/// What a bake produces and a renderer consumes.
+struct OSGTESSLOD_EXPORT LodAsset {
+    std::string technique;               ///< how the levels were made: "uniform", …
+    std::string source;                  ///< what they were made from, for people
+    std::uint64_t sourceTriangles = 0;
+    std::vector<std::uint16_t> ladder;   ///< tessellation factor of each level, rising: 1, 2, 4 … 64
+    Lattice lattice;
+    std::vector<std::array<std::int32_t, 3>> baseVertices; ///< lattice positions
+    std::vector<LodEdge> edges;
+    std::vector<LodPatch> patches;
+    std::vector<LodLevel> levels;        ///< one per ladder entry
+    NormalTexture normals;
+    std::array<float, 3> boundsMin{};    ///< box around every level's surface, asset frame
+    std::array<float, 3> boundsMax{};
+
+    /// Position of each patch within level `level`, kNoPatch for those that do not reach it. Its vertices start at
+    /// slot · vertexCount(ladder[level]), its error is errors[slot].
+    std::vector<std::uint32_t> levelSlots(std::size_t level) const;
+
+    /// Position in the asset's frame, exactly as the GPU computes it.
+    std::array<float, 3> position(const LodPatch& patch, LodVertex vertex) const;
+
+    /// Throws AssetError naming the fault unless every count, index and bound is consistent: ladder valid and rising,
+    /// patches and edges referring to each other, vertices as many as the levels need, parents in range and on the border
+    /// where their child is, shared border vertices and corners equal on both sides, numbers finite.
+    void validate() const;
+};
+
+} // namespace osgTessLOD

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/Export.h>
+#include <osgTessLOD/bake/PatchTopology.h>
+
+#include <Eigen/Core>
+#include <string>
+
+namespace osgTessLOD::bake {
+
+/// A point of the detailed surface.
+struct SurfacePoint {
+    Eigen::Vector3d position;  ///< working frame
+    Eigen::Vector3d normal;    ///< unit
+};
+
+/// Working frame: centred on the source's bounding box and scaled so that the box's diagonal is 1.
+/// source position = centre + scale · working position.
+struct WorkingFrame {
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    double scale = 1.0;
+};
+
+/// A detailed surface as a continuous, piecewise smooth map from the triangles of a control mesh: what every kind of
+/// input becomes before charts are made of it.
+class OSGTESSLOD_EXPORT PatchMap {
+public:
+    virtual ~PatchMap() = default;
+
+    const PatchTopology& topology() const { return _topology; }
+    const WorkingFrame& frame() const { return _frame; }
+    const std::string& name() const { return _name; }
+    /// Triangles of the detailed surface.
+    virtual std::uint64_t sourceTriangles() const = 0;
+
+    /// The surface point at `barycentric` (weights of the patch's corners, ≥ 0, sum 1) of `patch`. Thread safe.
+    /// On a border the two patches' results agree up to rounding; on a corner likewise.
+    virtual SurfacePoint evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const = 0;
+
+protected:
+    PatchTopology _topology;
+    WorkingFrame _frame;
+    std::string _name;
+};
+
+} // namespace osgTessLOD::bake

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/Export.h>
+
+#include <osg/Drawable>
+#include <osg/Matrixd>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace osgTessLOD {
+
+class GpuAsset;
+
+/// One visible patch as the vertex shader receives it: 16 bytes.
+struct PatchRecord {
+    std::uint32_t patch;
+    std::array<float, 3> edgeLevels;  ///< continuous level of sides 0, 1, 2; the patch's own is their largest
+};
+
+/// What one selection chose.
+struct SelectionStatistics {
+    std::uint64_t patches = 0;                       ///< drawn
+    std::uint64_t culledPatches = 0;
+    std::uint64_t saturatedPatches = 0;              ///< drawn at their finest level, not enough for the error asked
+    std::uint64_t triangles = 0;                     ///< that the tessellator emits
+    std::vector<std::uint64_t> patchesByLevel;       ///< drawn patches per ladder entry
+
+    void add(const SelectionStatistics& other);
+};
+
+/// The view that a selection was made for.
+struct SelectionView {
+    osg::Vec3d eye;            ///< in the drawable's local space
+    double pixelScale = 0.0;   ///< pixels of error per (object unit / distance); orthographic: per object unit
+    bool orthographic = false;
+};
+
+/// The immutable result of one cull visit, and the leaf that draws it: the visible patches grouped by tessellation
+/// factor. Holds a reference to the shared asset; owns no GL objects.
+class OSGTESSLOD_EXPORT PatchSelection : public osg::Drawable {
+public:
+    PatchSelection() = default;
+    /// `records` sorted by factor; see PatchSelector.
+    PatchSelection(GpuAsset* asset, std::vector<PatchRecord> records, SelectionStatistics statistics,
+                   const SelectionView& view);
+    PatchSelection(const PatchSelection& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
+    META_Object(osgTessLOD, PatchSelection)
+
+    const std::vector<PatchRecord>& records() const { return _records; }
+    const SelectionStatistics& statistics() const { return _statistics; }
+    const SelectionView& view() const { return _view; }
+
+    void drawImplementation(osg::RenderInfo& renderInfo) const override;
+
+    /// The triangles that the GPU makes of this selection, captured by transform feedback: object-space corners, three
+    /// per triangle. Needs the GL context current; leaves GL state as found.
+    std::vector<osg::Vec3f> capture(osg::RenderInfo& renderInfo) const;
+
+protected:
+    ~PatchSelection() override = default;
+
+private:
+    osg::ref_ptr<GpuAsset> _asset;
+    std::vector<PatchRecord> _records;
+    SelectionStatistics _statistics;
+    SelectionView _view;
+};
+
+/// Told of each selection as it is made, during cull traversals: implementations must be thread safe and quick.
+class OSGTESSLOD_EXPORT SelectionObserver : public osg::Referenced {
+public:
+    virtual void selected(const osg::Camera* camera, const osg::Matrixd& localToWorld,
+                          const PatchSelection& selection) = 0;
+
+protected:
+    ~SelectionObserver() override = default;
+};
+
+} // namespace osgTessLOD
