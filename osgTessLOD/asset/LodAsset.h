@@ -83,6 +83,8 @@ struct LodLevel {
 /// Grid point (i, j) of resolution r, 0 ≤ i, j, i + j ≤ r, has corner weights ((r−i−j)/r, i/r, j/r) and index
 /// j·(2r + 3 − j)/2 + i. A normal is octahedral, two 16-bit signed normalized numbers (x in the low half).
 struct NormalTexture {
+    static constexpr std::uint32_t kMaxResolution = 1024;
+
     std::uint32_t resolution = 0;                    ///< of the finest, a power of two; 0: the asset has no normals
     std::vector<std::vector<std::uint32_t>> levels;  ///< resolution 1, 2, 4 …: patchCount · texelCount(r) values each
 
@@ -91,6 +93,8 @@ struct NormalTexture {
 
 /// What a bake produces and a renderer consumes.
 struct OSGTESSLOD_EXPORT LodAsset {
+    static constexpr std::size_t kMaxLevels = 16;
+
     std::string technique;               ///< how the levels were made: "uniform", …
     std::string source;                  ///< what they were made from, for people
     std::uint64_t sourceTriangles = 0;
@@ -113,7 +117,8 @@ struct OSGTESSLOD_EXPORT LodAsset {
 
     /// Throws AssetError naming the fault unless every count, index and bound is consistent: ladder valid and rising,
     /// patches and edges referring to each other, vertices as many as the levels need, parents in range and on the border
-    /// where their child is, shared border vertices and corners equal on both sides, numbers finite.
+    /// where their child is and along it without gaps, shared border vertices and corners equal on both sides, numbers
+    /// finite. That bounds hold what they say they hold is not checked.
     void validate() const;
 };
 

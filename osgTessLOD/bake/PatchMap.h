@@ -33,6 +33,8 @@ public:
     const std::string& name() const { return _name; }
     /// Triangles of the detailed surface.
     virtual std::uint64_t sourceTriangles() const = 0;
+    /// Pattern factor at which sampling every patch gives those triangles; 0: the map has none of its own, choose.
+    virtual unsigned referenceFactor() const { return 0; }
 
     /// The surface point at `barycentric` (weights of the patch's corners, ≥ 0, sum 1) of `patch`. Thread safe.
     /// On a border the two patches' results agree up to rounding; on a corner likewise.

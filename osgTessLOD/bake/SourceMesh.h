@@ -28,15 +28,20 @@ struct CleaningReport {
     std::uint64_t duplicateFaces = 0;        ///< dropped: same three corners as another, in either orientation
     std::uint64_t flippedFaces = 0;          ///< turned to agree with their neighbours
     std::uint64_t nonManifoldEdges = 0;      ///< with more than two faces, or between faces that cannot agree: cut open
-    std::uint64_t nonManifoldVertices = 0;   ///< split into one vertex per fan
+    std::uint64_t nonManifoldVertices = 0;   ///< with several fans of faces: split into one vertex per fan
     std::uint64_t boundaryEdges = 0;
     std::uint64_t components = 0;
 };
 
-/// Reads PLY, OBJ, OFF or STL (OpenMesh); polygons are triangulated. Vertices and faces come as the file has them,
-/// unconnected and non-manifold ones included. Throws AssetError naming the file and the fault: unreadable, unknown
-/// format, no vertices or faces, a coordinate that is not finite or beyond what can be squared in double (which vertex), an index out of range (which face).
+/// Reads PLY, OBJ, OFF or STL; polygons are triangulated. Vertices and faces come as the file has them, unconnected and
+/// non-manifold ones included. Throws AssetError naming the file and the fault: unreadable, unknown format, truncated, no
+/// vertices or faces, a coordinate that is not finite or beyond what can be squared in double (which vertex), an index
+/// out of range (which face).
 OSGTESSLOD_EXPORT SourceMesh importMesh(const std::string& path);
+
+/// True when every directed edge occurs once and every vertex has one fan of faces around it, open or closed: what
+/// cleanMesh() brings about. Also false for an index out of range or a face with two equal corners.
+OSGTESSLOD_EXPORT bool isOrientedManifold(const SourceMesh& mesh);
 
 /// Makes the mesh an oriented 2-manifold with boundary: welds equal positions, drops degenerate and duplicate faces and
 /// unreferenced vertices, orients each component consistently, cuts non-manifold edges open and splits non-manifold

@@ -17,24 +17,24 @@ class GpuAsset;
 /// One visible patch as the vertex shader receives it: 16 bytes.
 struct PatchRecord {
     std::uint32_t patch;
-    std::array<float, 3> edgeLevels;  ///< continuous level of sides 0, 1, 2; the patch's own is their largest
+    std::array<float, 3> edgeLevels; ///< continuous level of sides 0, 1, 2; the patch's own is their largest
 };
 
 /// What one selection chose.
-struct SelectionStatistics {
-    std::uint64_t patches = 0;                       ///< drawn
+struct OSGTESSLOD_EXPORT SelectionStatistics {
+    std::uint64_t patches = 0; ///< drawn
     std::uint64_t culledPatches = 0;
-    std::uint64_t saturatedPatches = 0;              ///< drawn at their finest level, not enough for the error asked
-    std::uint64_t triangles = 0;                     ///< that the tessellator emits
-    std::vector<std::uint64_t> patchesByLevel;       ///< drawn patches per ladder entry
+    std::uint64_t saturatedPatches = 0;        ///< drawn at their finest level, not enough for the error asked
+    std::uint64_t triangles = 0;               ///< that the tessellator emits
+    std::vector<std::uint64_t> patchesByLevel; ///< drawn patches per ladder entry
 
     void add(const SelectionStatistics& other);
 };
 
 /// The view that a selection was made for.
 struct SelectionView {
-    osg::Vec3d eye;            ///< in the drawable's local space
-    double pixelScale = 0.0;   ///< pixels of error per (object unit / distance); orthographic: per object unit
+    osg::Vec3d eye;          ///< in the drawable's local space
+    double pixelScale = 0.0; ///< pixels of error per (object unit / distance); orthographic: per object unit
     bool orthographic = false;
 };
 
@@ -42,29 +42,49 @@ struct SelectionView {
 /// factor. Holds a reference to the shared asset; owns no GL objects.
 class OSGTESSLOD_EXPORT PatchSelection : public osg::Drawable {
 public:
-    PatchSelection() = default;
-    /// `records` sorted by factor; see PatchSelector.
+    PatchSelection();
+    /// Draws `records` in their order: consecutive ones of equal level go in one draw, so sort them by level. No side's
+    /// level may be above its edge's finest. See PatchSelector. `asset` is not null.
     PatchSelection(GpuAsset* asset, std::vector<PatchRecord> records, SelectionStatistics statistics,
                    const SelectionView& view);
     PatchSelection(const PatchSelection& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
     META_Object(osgTessLOD, PatchSelection)
 
-    const std::vector<PatchRecord>& records() const { return _records; }
+        const std::vector<PatchRecord>& records() const
+    {
+        return _records;
+    }
     const SelectionStatistics& statistics() const { return _statistics; }
     const SelectionView& view() const { return _view; }
 
+    osg::BoundingBox computeBoundingBox() const override;
     void drawImplementation(osg::RenderInfo& renderInfo) const override;
+    using osg::Drawable::accept;
+    /// Reports how many triangles are drawn, to osgUtil's statistics; has no vertices to give.
+    void accept(osg::PrimitiveFunctor& functor) const override;
+    bool supports(const osg::PrimitiveFunctor&) const override { return true; }
 
     /// The triangles that the GPU makes of this selection, captured by transform feedback: object-space corners, three
-    /// per triangle. Needs the GL context current; leaves GL state as found.
+    /// per triangle, patch after patch. Needs the GL context current; leaves GL state as found. Empty if the context
+    /// cannot draw the asset.
     std::vector<osg::Vec3f> capture(osg::RenderInfo& renderInfo) const;
 
 protected:
-    ~PatchSelection() override = default;
+    ~PatchSelection() override;
 
 private:
+    /// Consecutive records of one level.
+    struct Group {
+        std::size_t first;
+        std::size_t count;
+        unsigned factor;
+    };
+    /// Calls draw(first record, count, factor) for pieces of at most `verticesPerDraw` tessellated vertices.
+    template <typename Draw> void forEachDraw(std::uint64_t verticesPerDraw, const Draw& draw) const;
+
     osg::ref_ptr<GpuAsset> _asset;
     std::vector<PatchRecord> _records;
+    std::vector<Group> _groups;
     SelectionStatistics _statistics;
     SelectionView _view;
 };

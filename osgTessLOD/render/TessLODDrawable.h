@@ -26,8 +26,8 @@ public:
     TessLODDrawable(const TessLODDrawable& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
     META_Object(osgTessLOD, TessLODDrawable)
 
-    /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn.
-    void setAsset(std::shared_ptr<const LodAsset> asset);
+        /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn.
+        void setAsset(std::shared_ptr<const LodAsset> asset);
     const std::shared_ptr<const LodAsset>& getAsset() const { return _asset; }
 
     void setOptions(const SelectionOptions& options) { _options = options; }

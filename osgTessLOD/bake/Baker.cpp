@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+#include <osgTessLOD/bake/Baker.h>
+
+#include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/asset/TessellationPattern.h>
+#include <osgTessLOD/bake/AssetAssembler.h>
+#include <osgTessLOD/bake/BuiltinSurface.h>
+#include <osgTessLOD/bake/ChartError.h>
+#include <osgTessLOD/bake/NormalBaker.h>
+#include <osgTessLOD/bake/PatchChart.h>
+#include <osgTessLOD/bake/UniformLevels.h>
+
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace osgTessLOD::bake {
+
+namespace {
+
+constexpr char kBuiltinPrefix[] = "builtin:";
+/// The reference samples each patch at twice its finest factor (Lambert fig. 4.6).
+constexpr unsigned kReferenceOversampling = 2;
+
+/// Adds the seconds that `work` takes to the report.
+template <typename Work>
+auto timed(BakeReport& report, const std::string& name, Work&& work)
+{
+    struct Timer {
+        BakeReport& report;
+        const std::string& name;
+        std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+        ~Timer()
+        {
+            const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+            report.stages.push_back({name, elapsed.count()});
+        }
+    } timer{report, name};
+    return work();
+}
+
+std::uint64_t peakResidentBytes()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+std::vector<std::uint16_t> powerOfTwoLadder(unsigned maxFactor)
+{
+    if (maxFactor < 1 || maxFactor > 64 || (maxFactor & (maxFactor - 1)) != 0) {
+        throw AssetError("the largest factor must be a power of two up to 64, not " + std::to_string(maxFactor));
+    }
+    std::vector<std::uint16_t> ladder;
+    for (unsigned factor = 1; factor <= maxFactor; factor *= 2) { ladder.push_back(static_cast<std::uint16_t>(factor)); }
+    return ladder;
+}
+
+std::unique_ptr<ControlMesh> makeControlMesh(const std::string& path, const BakeOptions& options, Progress& progress,
+                                             BakeReport& report)
+{
+    progress.begin("import", 1, "file");
+    SourceMesh mesh = timed(report, "import", [&] { return importMesh(path); });
+    progress.step(1);
+    progress.end();
+    progress.begin("clean", 1, "mesh");
+    report.cleaning = timed(report, "clean", [&] { return cleanMesh(mesh); });
+    normalizeFrame(mesh);
+    progress.step(1);
+    progress.end();
+    return timed(report, "control mesh",
+                 [&] { return std::make_unique<ControlMesh>(std::move(mesh), options.controlMesh, progress); });
+}
+
+void summarizeLevels(const LodAsset& asset, BakeReport& report)
+{
+    for (std::size_t level = 0; level < asset.levels.size(); ++level) {
+        BakeReport::Level entry;
+        entry.factor = asset.ladder[level];
+        entry.vertices = asset.levels[level].vertices.size();
+        entry.triangles = asset.levels[level].errors.size() * TessellationPattern::triangleCount(entry.factor);
+        for (const LevelError& error : asset.levels[level].errors) {
+            entry.largestError = std::max(entry.largestError, static_cast<double>(error.isotropic));
+            entry.meanError += static_cast<double>(error.isotropic) / static_cast<double>(asset.levels[level].errors.size());
+        }
+        report.levels.push_back(entry);
+    }
+    for (const LodPatch& patch : asset.patches) {
+        report.largestChartError = std::max(report.largestChartError, static_cast<double>(patch.chartError));
+    }
+}
+
+} // namespace
+
+LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    const auto start = std::chrono::steady_clock::now();
+    const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
+                                      options.threads != 0 ? options.threads
+                                                           : static_cast<std::size_t>(tbb::info::default_concurrency()));
+    const std::vector<std::uint16_t> ladder = powerOfTwoLadder(options.maxFactor);
+    const unsigned chartFactor = kReferenceOversampling * options.maxFactor;
+
+    std::unique_ptr<PatchMap> map;
+    const ControlMesh* mesh = nullptr;
+    if (source.rfind(kBuiltinPrefix, 0) == 0) {
+        map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
+    } else {
+        auto controlMesh = makeControlMesh(source, options, progress, report);
+        mesh = controlMesh.get();
+        map = std::move(controlMesh);
+    }
+    ChartSet charts = timed(report, "charts", [&] { return makeCharts(*map, chartFactor, progress); });
+    if (mesh != nullptr) { timed(report, "chart distance", [&] { measureChartErrors(*mesh, charts, progress); }); }
+    const LevelHierarchy hierarchy =
+        timed(report, "levels", [&] { return makeUniformLevels(map->topology(), charts, ladder, progress); });
+    LodAsset asset = timed(report, "errors", [&] { return assembleAsset(*map, charts, hierarchy, progress); });
+    asset.technique = "uniform";
+    asset.source = source.substr(source.find_last_of('/') + 1);
+    asset.sourceTriangles = map->sourceTriangles();
+    if (options.normals) {
+        asset.normals =
+            timed(report, "normals", [&] { return bakeNormals(map->topology(), charts, chartFactor, progress); });
+    }
+    timed(report, "validate", [&] { asset.validate(); });
+
+    report.source = source;
+    report.sourceTriangles = asset.sourceTriangles;
+    report.isMesh = mesh != nullptr;
+    report.patches = asset.patches.size();
+    report.diagonal = map->frame().scale;
+    summarizeLevels(asset, report);
+    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    report.peakBytes = peakResidentBytes();
+    return asset;
+}
+
+std::string BakeReport::toJson() const
+{
+    nlohmann::ordered_json json;
+    json["source"] = source;
+    json["source_triangles"] = sourceTriangles;
+    json["patches"] = patches;
+    json["diagonal"] = diagonal;
+    if (isMesh) {
+        json["cleaning"] = {{"welded_vertices", cleaning.weldedVertices},
+                            {"unreferenced_vertices", cleaning.unreferencedVertices},
+                            {"degenerate_faces", cleaning.degenerateFaces},
+                            {"duplicate_faces", cleaning.duplicateFaces},
+                            {"flipped_faces", cleaning.flippedFaces},
+                            {"non_manifold_edges", cleaning.nonManifoldEdges},
+                            {"non_manifold_vertices", cleaning.nonManifoldVertices},
+                            {"boundary_edges", cleaning.boundaryEdges},
+                            {"components", cleaning.components}};
+        json["largest_chart_error"] = largestChartError;
+    }
+    for (const Level& level : levels) {
+        json["levels"].push_back({{"factor", level.factor},
+                                  {"vertices", level.vertices},
+                                  {"triangles", level.triangles},
+                                  {"largest_error", level.largestError},
+                                  {"mean_error", level.meanError}});
+    }
+    for (const Stage& stage : stages) { json["stages"].push_back({{"name", stage.name}, {"seconds", stage.seconds}}); }
+    json["seconds"] = seconds;
+    json["peak_bytes"] = peakBytes;
+    return json.dump(2);
+}
+
+} // namespace osgTessLOD::bake

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/bake/ControlMesh.h>
+#include <osgTessLOD/bake/Progress.h>
+#include <osgTessLOD/bake/SourceMesh.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace osgTessLOD::bake {
+
+/// What to bake and how.
+struct BakeOptions {
+    unsigned maxFactor = 64;                ///< factor of the finest level, a power of two up to 64
+    ControlMeshOptions controlMesh;         ///< for mesh sources
+    std::uint64_t builtinTriangles = 0;     ///< for builtin sources; 0: their own size
+    bool normals = true;
+    unsigned threads = 0;                   ///< 0: all processors; the result does not depend on it
+};
+
+/// What a bake did and took.
+struct BakeReport {
+    struct Stage {
+        std::string name;
+        double seconds = 0.0;
+    };
+    struct Level {
+        unsigned factor = 0;
+        std::uint64_t vertices = 0;
+        std::uint64_t triangles = 0;
+        double largestError = 0.0;          ///< over patches, isotropic, source units
+        double meanError = 0.0;
+    };
+    std::string source;
+    std::uint64_t sourceTriangles = 0;
+    bool isMesh = false;                    ///< read from a file, so that `cleaning` and `largestChartError` mean something
+    CleaningReport cleaning;
+    std::uint64_t patches = 0;
+    double diagonal = 0.0;                  ///< of the source's bounding box, source units
+    double largestChartError = 0.0;         ///< source units
+    std::vector<Level> levels;
+    std::vector<Stage> stages;
+    double seconds = 0.0;
+    std::uint64_t peakBytes = 0;            ///< resident set of the whole process at its largest
+
+    std::string toJson() const;
+};
+
+/// Bakes `source`: a mesh file's path, or "builtin:NAME". Throws AssetError for bad input, Interrupted as `progress` asks.
+OSGTESSLOD_EXPORT LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress,
+                                      BakeReport& report);
+
+} // namespace osgTessLOD::bake

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+// Aaron Lee, Wim Sweldens, Peter Schröder, Lawrence Cowsar, David Dobkin, "MAPS: Multiresolution Adaptive
+// Parameterization of Surfaces", SIGGRAPH 1998.
+// Hsueh-Ti Derek Liu, Vladimir Kim, Siddhartha Chaudhuri, Noam Aigerman, Alec Jacobson, "Neural Subdivision",
+// SIGGRAPH 2020 (successive self-parameterization).
+#include <osgTessLOD/bake/CollapseHistory.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace osgTessLOD::bake {
+
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+double twiceArea(const Vector2d& a, const Vector2d& b, const Vector2d& c)
+{
+    return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+}
+
+using Triangle2 = std::array<Vector2d, 3>;
+
+/// Twice the area that two counter-clockwise triangles share: one clipped by the other's sides (Sutherland–Hodgman).
+double twiceSharedArea(const Triangle2& subject, const Triangle2& clip)
+{
+    std::array<Vector2d, 9> polygon{subject[0], subject[1], subject[2]};
+    std::size_t count = 3;
+    for (std::size_t side = 0; side < 3 && count > 0; ++side) {
+        const Vector2d& a = clip[side];
+        const Vector2d& b = clip[(side + 1) % 3];
+        std::array<Vector2d, 9> kept;
+        std::size_t keptCount = 0;
+        for (std::size_t k = 0; k < count; ++k) {
+            const Vector2d& p = polygon[k];
+            const Vector2d& q = polygon[(k + 1) % count];
+            const double pSide = twiceArea(a, b, p);
+            const double qSide = twiceArea(a, b, q);
+            if (pSide >= 0.0) { kept[keptCount++] = p; }
+            if ((pSide > 0.0 && qSide < 0.0) || (pSide < 0.0 && qSide > 0.0)) {
+                kept[keptCount++] = p + (pSide / (pSide - qSide)) * (q - p);
+            }
+        }
+        polygon = kept;
+        count = keptCount;
+    }
+    double area = 0.0;
+    for (std::size_t k = 2; k < count; ++k) { area += twiceArea(polygon[0], polygon[k - 1], polygon[k]); }
+    return std::max(0.0, area);
+}
+
+/// A triangle of a step's plane that may hold a point, with the point's weights in it.
+struct Candidate {
+    double inside = -std::numeric_limits<double>::infinity(); ///< smallest weight
+    unsigned index = 0;
+    Vector3d weights = Vector3d::Zero();
+
+    void offer(unsigned triangle, const Vector2d& p, const Vector2d& a, const Vector2d& b, const Vector2d& c)
+    {
+        const double total = twiceArea(a, b, c);
+        const Vector3d w(twiceArea(p, b, c) / total, twiceArea(a, p, c) / total, twiceArea(a, b, p) / total);
+        if (w.minCoeff() > inside) {
+            inside = w.minCoeff();
+            index = triangle;
+            weights = w;
+        }
+    }
+    /// The weights, with what rounding made negative put to zero.
+    Vector3d clamped() const
+    {
+        const Vector3d w = weights.cwiseMax(0.0);
+        return w / w.sum();
+    }
+};
+
+} // namespace
+
+double CollapseHistory::Step::quality() const
+{
+    double smallest = std::numeric_limits<double>::infinity();
+    double total = 0.0;
+    unsigned count = 0;
+    const auto at = [&](unsigned i) -> Vector2d { return ring[i % ringSize].cast<double>(); };
+    const auto take = [&](double area) {
+        smallest = std::min(smallest, area);
+        total += area;
+        ++count;
+    };
+    for (unsigned i = 0; i < ringSize; ++i) {
+        if (i != gap) { take(twiceArea(center.cast<double>(), at(i), at(i + 1))); }
+    }
+    for (unsigned j = 0; j + 2 < ringSize; ++j) { take(twiceArea(at(0), at(j + 1), at(j + 2))); }
+    return total > 0.0 ? smallest * count / total : -1.0;
+}
+
+std::array<double, CollapseHistory::kMaxRing>
+CollapseHistory::Step::handOver(const std::array<double, kMaxRing>& oldWeights) const
+{
+    const auto at = [&](unsigned i) -> Vector2d { return ring[i % ringSize].cast<double>(); };
+    std::array<double, kMaxRing> result{};
+    for (unsigned i = 0; i < ringSize; ++i) {
+        if (i == gap) { continue; }
+        const Triangle2 old{center.cast<double>(), at(i), at(i + 1)};
+        const double density = oldWeights[i] / twiceArea(old[0], old[1], old[2]);
+        for (unsigned j = 0; j + 2 < ringSize; ++j) {
+            result[j] += density * twiceSharedArea(old, {at(0), at(j + 1), at(j + 2)});
+        }
+    }
+    return result;
+}
+
+CollapseHistory::CollapseHistory(std::uint32_t sourceFaces)
+    : _sourceFaces(sourceFaces)
+    , _replacedBy(sourceFaces, kNone)
+{
+}
+
+std::uint32_t CollapseHistory::add(const Step& step)
+{
+    assert(step.ringSize >= 3 && step.ringSize <= kMaxRing);
+    const auto number = static_cast<std::uint32_t>(_steps.size());
+    const auto firstNew = static_cast<std::uint32_t>(_replacedBy.size());
+    StoredStep stored{};
+    stored.firstRing = _ring.size();
+    stored.firstOldFace = _oldFaces.size();
+    stored.firstNewFace = firstNew;
+    stored.ringSize = static_cast<std::uint8_t>(step.ringSize);
+    stored.gap = static_cast<std::uint8_t>(std::min<unsigned>(step.gap, kMaxRing));
+    _ring.push_back(step.center);
+    for (unsigned i = 0; i < step.ringSize; ++i) {
+        _ring.push_back(step.ring[i]);
+        const bool isGap = i == step.gap;
+        _oldFaces.push_back(isGap ? kNone : step.oldFace[i] * 4 + step.corner[i]);
+        if (!isGap) { _replacedBy[step.oldFace[i]] = number; }
+    }
+    _replacedBy.resize(_replacedBy.size() + step.ringSize - 2, kNone);
+    _createdBy.resize(_createdBy.size() + step.ringSize - 2, number);
+    _steps.push_back(stored);
+    return firstNew;
+}
+
+Eigen::Vector2d CollapseHistory::ringPoint(const StoredStep& step, unsigned i) const
+{
+    return _ring[step.firstRing + 1 + i % step.ringSize].cast<double>();
+}
+
+FacePoint CollapseHistory::toCoarse(FacePoint point) const
+{
+    while (_replacedBy[point.face] != kNone) {
+        const StoredStep& step = _steps[_replacedBy[point.face]];
+        const std::uint32_t* oldFaces = &_oldFaces[step.firstOldFace];
+        unsigned sector = 0;
+        while (sector == step.gap || oldFaces[sector] / 4 != point.face) { ++sector; }
+        const unsigned corner = oldFaces[sector] % 4;
+        const Vector2d p = point.barycentric[corner] * _ring[step.firstRing].cast<double>() +
+                           point.barycentric[(corner + 1) % 3] * ringPoint(step, sector) +
+                           point.barycentric[(corner + 2) % 3] * ringPoint(step, sector + 1);
+        Candidate best;
+        for (unsigned j = 0; j + 2U < step.ringSize; ++j) {
+            best.offer(j, p, ringPoint(step, 0), ringPoint(step, j + 1), ringPoint(step, j + 2));
+        }
+        point = {step.firstNewFace + best.index, best.clamped()};
+    }
+    return point;
+}
+
+FacePoint CollapseHistory::toSource(FacePoint point) const
+{
+    while (point.face >= _sourceFaces) {
+        const StoredStep& step = _steps[_createdBy[point.face - _sourceFaces]];
+        const unsigned j = point.face - step.firstNewFace;
+        const Vector2d p = point.barycentric[0] * ringPoint(step, 0) + point.barycentric[1] * ringPoint(step, j + 1) +
+                           point.barycentric[2] * ringPoint(step, j + 2);
+        const Vector2d center = _ring[step.firstRing].cast<double>();
+        Candidate best;
+        for (unsigned i = 0; i < step.ringSize; ++i) {
+            if (i != step.gap) { best.offer(i, p, center, ringPoint(step, i), ringPoint(step, i + 1)); }
+        }
+        const std::uint32_t entry = _oldFaces[step.firstOldFace + best.index];
+        const Vector3d weights = best.clamped();
+        const auto corner = static_cast<Eigen::Index>(entry % 4);
+        point.face = entry / 4;
+        for (Eigen::Index k = 0; k < 3; ++k) { point.barycentric[(corner + k) % 3] = weights[k]; }
+    }
+    return point;
+}
+
+void CollapseHistory::validate() const
+{
+    for (std::size_t s = 0; s < _steps.size(); ++s) {
+        const StoredStep& step = _steps[s];
+        const Vector2d center = _ring[step.firstRing].cast<double>();
+        double before = 0.0;
+        double after = 0.0;
+        const auto take = [&](double& sum, double area) {
+            if (!(area > 0.0)) { throw std::logic_error("collapse " + std::to_string(s) + " has a triangle turned over"); }
+            sum += area;
+        };
+        for (unsigned i = 0; i < step.ringSize; ++i) {
+            if (i != step.gap) { take(before, twiceArea(center, ringPoint(step, i), ringPoint(step, i + 1))); }
+        }
+        for (unsigned j = 0; j + 2U < step.ringSize; ++j) {
+            take(after, twiceArea(ringPoint(step, 0), ringPoint(step, j + 1), ringPoint(step, j + 2)));
+        }
+        // Both are the same polygon's area; a dozen double roundings of single precision coordinates stay below 1e-13.
+        if (std::fabs(before - after) > 1e-13 * before) {
+            throw std::logic_error("collapse " + std::to_string(s) + " does not cover its polygon");
+        }
+    }
+}
+
+} // namespace osgTessLOD::bake

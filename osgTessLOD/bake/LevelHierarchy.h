@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace osgTessLOD::bake {
+
+/// The levels of one patch: what every technique makes of its charts. Index 0 is the coarsest.
+struct PatchLevels {
+    /// Positions of the pattern's vertices in index order, working frame; bit-identical where patches meet.
+    std::vector<std::vector<Eigen::Vector3d>> positions;
+    /// Each vertex's parent in the level below; empty for level 0.
+    std::vector<std::vector<std::uint32_t>> parents;
+};
+
+/// The levels of all patches.
+struct LevelHierarchy {
+    std::vector<std::uint16_t> ladder;  ///< factors, rising
+    std::vector<PatchLevels> patches;
+};
+
+} // namespace osgTessLOD::bake

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/bake/SourceMesh.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace osgTessLOD::bake {
+
+// Readers of the four mesh formats, private to the bake room.
+//
+// OpenMesh's readers are not used. Tried on sound and broken files (OpenMesh 9) they
+//  - deliver every coordinate as float, whatever the file holds, and drop OBJ vertices beyond float's range, which
+//    shifts all later indices;
+//  - return success for truncated ASCII PLY, OFF and STL files, inventing or leaving out faces;
+//  - read NaN in ASCII PLY and comments in OFF as something else and carry on from the wrong place;
+//  - allocate without bound on a PLY header or OFF polygon that is cut short, do not come back from a directory named
+//    .stl, and lose OBJ lines continued with a backslash;
+//  - keep their state in global objects, so that no two threads may read.
+
+/// What a reader collects: triangles as the file has them, polygons fan-triangulated.
+struct RawMesh {
+    std::vector<Eigen::Vector3d> positions;
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    std::vector<std::uint32_t> quads;       ///< first of the two triangles of each quadrilateral
+
+    /// Adds a polygon, as a fan around its first corner. One or two corners give a triangle without area, for cleanMesh()
+    /// to drop and count; none gives nothing.
+    void addPolygon(const std::vector<std::uint32_t>& corners);
+};
+
+/// Each parses the whole content of a file. They throw AssetError with the fault alone: the caller adds the file's name.
+/// Vertex references are checked, coordinates are not. No count is believed before the content was seen to be large
+/// enough for it.
+RawMesh parsePly(const std::string& content);
+RawMesh parseObj(const std::string& content);
+RawMesh parseOff(const std::string& content);
+RawMesh parseStl(const std::string& content);
+
+} // namespace osgTessLOD::bake

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+// William Tutte, "How to Draw a Graph", 1963. Michael Floater, "Mean value coordinates", CAGD 2003.
+// Shin Yoshizawa, Alexander Belyaev, Hans-Peter Seidel, "A fast and simple stretch-minimizing mesh parameterization", SMI 2004.
+#include <osgTessLOD/bake/StretchEmbedding.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/SparseLU>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace osgTessLOD::bake {
+
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Plane = std::vector<Vector2d>;
+
+constexpr int kMostRounds = 6;
+/// Half angles are cut off here: their tangents, the weights, stay below 15.
+constexpr double kLargestHalfAngle = 1.5;
+/// A vertex' stretch changes its neighbours' weights by no more than this factor in one round.
+constexpr double kLargestChange = 8.0;
+
+double twiceArea(const Vector2d& a, const Vector2d& b, const Vector2d& c)
+{
+    return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+}
+
+bool isPositive(const DiscMesh& mesh, const Plane& plane)
+{
+    return std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
+        return twiceArea(plane[t[0]], plane[t[1]], plane[t[2]]) > 0.0;
+    });
+}
+
+/// A directed edge's share of a mean value weight: vertex → neighbour, as seen from one triangle.
+struct WeightedEdge {
+    std::uint32_t vertex;
+    std::uint32_t neighbour;
+    double weight;
+};
+
+std::vector<WeightedEdge> meanValueWeights(const DiscMesh& mesh)
+{
+    double longest = 0.0;
+    for (const auto& t : mesh.triangles) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            longest = std::max(longest, (mesh.positions[t[k]] - mesh.positions[t[(k + 1) % 3]]).norm());
+        }
+    }
+    const double shortest = std::max(1e-6 * longest, std::numeric_limits<double>::min());
+    std::vector<WeightedEdge> weights;
+    weights.reserve(6 * mesh.triangles.size());
+    for (const auto& t : mesh.triangles) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t i = t[k];
+            if (mesh.isFixed[i] != 0) { continue; }
+            const Vector3d a = mesh.positions[t[(k + 1) % 3]] - mesh.positions[i];
+            const Vector3d b = mesh.positions[t[(k + 2) % 3]] - mesh.positions[i];
+            const double half = std::clamp(0.5 * std::atan2(a.cross(b).norm(), a.dot(b)), 1e-3, kLargestHalfAngle);
+            const double tangent = std::tan(half);
+            weights.push_back({i, t[(k + 1) % 3], tangent / std::max(a.norm(), shortest)});
+            weights.push_back({i, t[(k + 2) % 3], tangent / std::max(b.norm(), shortest)});
+        }
+    }
+    return weights;
+}
+
+/// The free vertices as weighted means of their neighbours.
+class MeanSolver {
+public:
+    explicit MeanSolver(const DiscMesh& mesh)
+        : _mesh(mesh)
+        , _unknown(mesh.positions.size(), -1)
+    {
+        for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+            if (mesh.isFixed[v] == 0) { _unknown[v] = _count++; }
+        }
+    }
+
+    int unknowns() const { return _count; }
+
+    bool solve(const std::vector<WeightedEdge>& weights, Plane& plane)
+    {
+        std::vector<Eigen::Triplet<double>> entries;
+        entries.reserve(2 * weights.size());
+        Eigen::MatrixX2d right = Eigen::MatrixX2d::Zero(_count, 2);
+        std::vector<double> sum(_mesh.positions.size(), 0.0);
+        for (const WeightedEdge& e : weights) { sum[e.vertex] += e.weight; }
+        for (const WeightedEdge& e : weights) {
+            const int row = _unknown[e.vertex];
+            const double weight = e.weight / sum[e.vertex];
+            entries.emplace_back(row, row, weight);
+            if (_unknown[e.neighbour] >= 0) {
+                entries.emplace_back(row, _unknown[e.neighbour], -weight);
+            } else {
+                right.row(row) += weight * plane[e.neighbour].transpose();
+            }
+        }
+        Eigen::SparseMatrix<double> matrix(_count, _count);
+        matrix.setFromTriplets(entries.begin(), entries.end());
+        if (!_analyzed) {
+            _factors.analyzePattern(matrix);
+            _analyzed = true;
+        }
+        _factors.factorize(matrix);
+        if (_factors.info() != Eigen::Success) { return false; }
+        const Eigen::MatrixX2d solution = _factors.solve(right);
+        for (std::size_t v = 0; v < plane.size(); ++v) {
+            if (_unknown[v] >= 0) { plane[v] = solution.row(_unknown[v]).transpose(); }
+        }
+        return solution.allFinite();
+    }
+
+private:
+    const DiscMesh& _mesh;
+    std::vector<int> _unknown;
+    int _count = 0;
+    Eigen::SparseLU<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>> _factors;
+    bool _analyzed = false;
+};
+
+/// Stretch of the map from plane to surface (Sander et al. 2001): per vertex, root mean square over its triangles.
+struct Stretch {
+    double energy = 0.0;
+    std::vector<double> atVertex;
+};
+
+Stretch measureStretch(const DiscMesh& mesh, const Plane& plane)
+{
+    Stretch stretch;
+    stretch.atVertex.assign(mesh.positions.size(), 0.0);
+    std::vector<double> area(mesh.positions.size(), 0.0);
+    for (const auto& t : mesh.triangles) {
+        const Vector3d a = mesh.positions[t[1]] - mesh.positions[t[0]];
+        const Vector3d b = mesh.positions[t[2]] - mesh.positions[t[0]];
+        const Vector2d u = plane[t[1]] - plane[t[0]];
+        const Vector2d v = plane[t[2]] - plane[t[0]];
+        const double determinant = std::max(u.x() * v.y() - u.y() * v.x(), 1e-300);
+        const Vector3d ds = (a * v.y() - b * u.y()) / determinant;
+        const Vector3d dt = (b * u.x() - a * v.x()) / determinant;
+        const double squared = 0.5 * (ds.squaredNorm() + dt.squaredNorm());
+        const double surfaceArea = a.cross(b).norm();
+        stretch.energy += surfaceArea * squared;
+        for (const std::uint32_t corner : t) {
+            stretch.atVertex[corner] += surfaceArea * squared;
+            area[corner] += surfaceArea;
+        }
+    }
+    double mean = 0.0;
+    double total = 0.0;
+    for (std::size_t v = 0; v < area.size(); ++v) {
+        stretch.atVertex[v] = area[v] > 0.0 ? std::sqrt(stretch.atVertex[v] / area[v]) : 0.0;
+        mean += stretch.atVertex[v] * area[v];
+        total += area[v];
+    }
+    mean = total > 0.0 ? mean / total : 1.0;
+    for (double& s : stretch.atVertex) { s = std::clamp(s / mean, 1.0 / kLargestChange, kLargestChange); }
+    return stretch;
+}
+
+} // namespace
+
+void embedEvenly(const DiscMesh& mesh, Plane& plane)
+{
+    MeanSolver solver(mesh);
+    if (solver.unknowns() == 0) { return; }
+    std::vector<WeightedEdge> weights = meanValueWeights(mesh);
+    double best = std::numeric_limits<double>::infinity();
+    for (int round = 0; round < kMostRounds; ++round) {
+        Plane candidate = plane;
+        if (!solver.solve(weights, candidate) || !isPositive(mesh, candidate)) { return; }
+        const Stretch stretch = measureStretch(mesh, candidate);
+        if (!(stretch.energy < best)) { return; }
+        best = stretch.energy;
+        plane = std::move(candidate);
+        for (WeightedEdge& e : weights) { e.weight /= stretch.atVertex[e.neighbour]; }
+    }
+}
+
+} // namespace osgTessLOD::bake

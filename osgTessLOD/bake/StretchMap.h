@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/bake/BisectionForest.h>
+#include <osgTessLOD/bake/CollapseHistory.h>
+#include <osgTessLOD/bake/PatchTopology.h>
+#include <osgTessLOD/bake/Progress.h>
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace osgTessLOD::bake {
+
+/// A bijective, piecewise linear map of every patch onto itself after which the patches' parameters are spread evenly over
+/// the surface: what collapses squeezed together is given room again. Borders are parametrized by their length on
+/// the surface, the same for both patches, and the inside is embedded evenly (StretchEmbedding).
+class StretchMap {
+public:
+    /// `forest` is the triangulation on whose leaves the map is linear.
+    StretchMap(const PatchTopology& topology, BisectionForest forest, Progress& progress);
+
+    /// From the parameters given by the collapses to even ones, and back (face = patch).
+    FacePoint toEven(const FacePoint& point) const;
+    FacePoint fromEven(const FacePoint& point) const;
+
+    /// Throws std::logic_error if a leaf is turned over or a patch's leaves do not cover it.
+    void validate() const;
+
+private:
+    /// Leaves of one patch by the cells of a regular grid over its parameters.
+    struct Locator {
+        unsigned resolution = 1;
+        std::vector<std::uint32_t> firstInCell;
+        std::vector<std::uint32_t> leaves;
+    };
+
+    void embedPatch(const PatchTopology& topology, std::uint32_t patch, const std::vector<std::uint32_t>& leaves);
+    Locator makeLocator(const std::vector<std::uint32_t>& leaves) const;
+    static unsigned cell(const Locator& locator, double coordinate);
+
+    BisectionForest _forest;
+    std::vector<std::array<Eigen::Vector2d, 3>> _even; ///< per node: its corners' even parameters (weights of corners 1, 2)
+    std::vector<double> _alongEdge;                    ///< per forest vertex on a border: share of the border's length before it
+    std::vector<Locator> _locators;
+};
+
+} // namespace osgTessLOD::bake

@@ -1,0 +1,489 @@
+// SPDX-License-Identifier: MIT
+// Michael Garland, Paul Heckbert, "Surface Simplification Using Quadric Error Metrics", SIGGRAPH 1997.
+#include <osgTessLOD/bake/SurfaceCollapser.h>
+
+#include <osgTessLOD/bake/StarFlattening.h>
+
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+
+#include <OpenMesh/Core/Geometry/QuadricT.hh>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <queue>
+
+namespace osgTessLOD::bake {
+
+namespace {
+
+using Eigen::Vector3d;
+
+struct MeshTraits : OpenMesh::DefaultTraits {
+    using Point = OpenMesh::Vec3d;
+    using Normal = OpenMesh::Vec3d;
+    VertexAttributes(OpenMesh::Attributes::Status);
+    FaceAttributes(OpenMesh::Attributes::Status);
+    EdgeAttributes(OpenMesh::Attributes::Status);
+    HalfedgeAttributes(OpenMesh::Attributes::Status);
+};
+using Mesh = OpenMesh::TriMesh_ArrayKernelT<MeshTraits>;
+using Quadric = OpenMesh::Geometry::Quadricd;
+
+/// Below this (4√3·area / sum of squared sides, 1 for an equilateral triangle) a triangle is a needle, and a collapse
+/// may not make one that is worse than what was there.
+constexpr double kNeedle = 0.1;
+/// New faces may turn away from the old by less than this cosine.
+constexpr double kLargestTurn = 0.2;
+/// How much a patch's size counts beside its distance from the surface: flat regions go by size.
+constexpr double kSizeWeight = 0.1;
+/// Boundaries and creases are kept in place by planes through them of this many times their neighbourhood's weight.
+constexpr double kFeatureWeight = 10.0;
+
+double triangleQuality(const Vector3d& a, const Vector3d& b, const Vector3d& c)
+{
+    const double sides = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
+    return sides > 0.0 ? 2.0 * std::sqrt(3.0) * (b - a).cross(c - a).norm() / sides : 0.0;
+}
+
+/// Limits that are loosened when nothing may collapse while there are far too many faces.
+struct Limits {
+    double largestWeight;
+    double needle = kNeedle;
+    double turn = kLargestTurn;
+};
+
+class Collapser {
+public:
+    Collapser(const SourceMesh& source, const ControlMeshOptions& options, std::size_t target, CollapseHistory& history);
+
+    void run(Progress& progress);
+    std::vector<RemainingFace> remainingFaces() const;
+
+private:
+    struct Entry {
+        double cost;
+        std::uint32_t vertex;
+        std::uint32_t version;
+        Mesh::HalfedgeHandle halfedge;
+        bool operator<(const Entry& o) const { return cost != o.cost ? cost > o.cost : vertex > o.vertex; }
+    };
+
+    struct FeatureEdge {
+        Mesh::VertexHandle vertex;
+        bool isFeature;
+    };
+
+    static std::size_t at(OpenMesh::BaseHandle h) { return static_cast<std::size_t>(h.idx()); }
+    const Vector3d& position(Mesh::VertexHandle v) const { return _source.positions[at(v)]; }
+    bool isFeature(Mesh::EdgeHandle e) const { return _feature[at(e)] != 0; }
+    unsigned featureCount(Mesh::VertexHandle v) const;
+
+    void buildMesh();
+    void markFeatures();
+    void dropShortCreases();
+    void dropCreases();
+    void initializeQuadrics();
+    void initializeQueue();
+    void queueVertex(Mesh::VertexHandle v);
+    bool isAllowed(Mesh::HalfedgeHandle h, unsigned features) const;
+    double cost(Mesh::HalfedgeHandle h) const;
+    bool gatherStar(Mesh::HalfedgeHandle h, Star& star, CollapseHistory::Step& step,
+                    std::array<Mesh::FaceHandle, CollapseHistory::kMaxRing>& faces) const;
+    std::vector<FeatureEdge> featuresAfter(Mesh::HalfedgeHandle h) const;
+    bool collapse(Mesh::HalfedgeHandle h);
+    void collapseAll(Progress& progress);
+
+    const SourceMesh& _source;
+    const ControlMeshOptions& _options;
+    std::size_t _target;
+    CollapseHistory& _history;
+    mutable Mesh _mesh; // OpenMesh's circulators and is_collapse_ok (which sets tags) want it mutable
+    std::size_t _faces = 0;
+    double _patchSize = 1.0;                    // square root of the mean patch's area
+    double _patchWeight = 1.0;                  // share of the source of the mean patch
+    Limits _limits{};
+    std::vector<char> _feature;                 // per edge
+    std::vector<Quadric> _quadrics;             // per vertex
+    std::vector<double> _quadricArea;           // per vertex: what the quadric is weighted by
+    std::vector<double> _weight;                // per face: share of the source, by count and area, mean 1
+    std::vector<std::uint32_t> _number;         // per face: in the history
+    std::vector<std::uint32_t> _firstVertex;    // per face: its history corner 0
+    std::vector<std::uint32_t> _version;        // per vertex: of its queue entry
+    std::priority_queue<Entry> _queue;
+};
+
+Collapser::Collapser(const SourceMesh& source, const ControlMeshOptions& options, std::size_t target,
+                     CollapseHistory& history)
+    : _source(source)
+    , _options(options)
+    , _target(target)
+    , _history(history)
+{
+    buildMesh();
+    markFeatures();
+    initializeQuadrics();
+    const double area = std::accumulate(_quadricArea.begin(), _quadricArea.end(), 0.0);
+    _patchSize = std::sqrt(area / static_cast<double>(target));
+    _patchWeight = static_cast<double>(_faces) / static_cast<double>(target);
+    for (std::size_t t = 0; t < _faces; ++t) {
+        const auto& corner = source.triangles[t];
+        const Vector3d& a = source.positions[corner[0]];
+        const double own = 0.5 * (source.positions[corner[1]] - a).cross(source.positions[corner[2]] - a).norm();
+        _weight.push_back(0.5 + 0.5 * own * static_cast<double>(_faces) / area);
+    }
+    _limits.largestWeight = options.largestShare * _patchWeight;
+}
+
+void Collapser::buildMesh()
+{
+    const std::size_t vertices = _source.positions.size();
+    const std::size_t triangles = _source.triangles.size();
+    _mesh.reserve(vertices, triangles * 3 / 2 + vertices / 8, triangles);
+    for (const Vector3d& p : _source.positions) { _mesh.add_vertex({p.x(), p.y(), p.z()}); }
+    const auto handle = [](std::uint32_t v) { return Mesh::VertexHandle(static_cast<int>(v)); };
+    for (const auto& t : _source.triangles) { _mesh.add_face(handle(t[0]), handle(t[1]), handle(t[2])); }
+    _faces = triangles;
+    _number.resize(triangles);
+    std::iota(_number.begin(), _number.end(), 0U);
+    _firstVertex.resize(triangles);
+    for (std::size_t f = 0; f < triangles; ++f) { _firstVertex[f] = _source.triangles[f][0]; }
+    _version.assign(vertices, 0);
+}
+
+unsigned Collapser::featureCount(Mesh::VertexHandle v) const
+{
+    unsigned count = 0;
+    for (auto e = _mesh.cve_iter(v); e.is_valid(); ++e) { count += isFeature(*e) ? 1U : 0U; }
+    return count;
+}
+
+void Collapser::markFeatures()
+{
+    _feature.assign(_mesh.n_edges(), 0);
+    const double cosine = std::cos(_options.creaseAngleRadians);
+    const auto normal = [&](Mesh::FaceHandle f) -> Vector3d {
+        const auto& t = _source.triangles[at(f)];
+        const Vector3d& a = _source.positions[t[0]];
+        return (_source.positions[t[1]] - a).cross(_source.positions[t[2]] - a);
+    };
+    for (const auto e : _mesh.edges()) {
+        if (_mesh.is_boundary(e)) {
+            _feature[at(e)] = 1;
+            continue;
+        }
+        const Vector3d a = normal(_mesh.face_handle(_mesh.halfedge_handle(e, 0)));
+        const Vector3d b = normal(_mesh.face_handle(_mesh.halfedge_handle(e, 1)));
+        const double lengths = a.norm() * b.norm();
+        if (lengths > 0.0 && a.dot(b) < cosine * lengths) { _feature[at(e)] = 1; }
+    }
+    dropShortCreases();
+}
+
+/// Connected sets of crease edges whose total length is below the shortest crease are measurement noise.
+void Collapser::dropShortCreases()
+{
+    std::vector<char> seen(_mesh.n_edges(), 0);
+    std::vector<Mesh::EdgeHandle> chain;
+    for (const auto start : _mesh.edges()) {
+        if (!isFeature(start) || _mesh.is_boundary(start) || seen[at(start)] != 0) { continue; }
+        chain.assign(1, start);
+        seen[at(start)] = 1;
+        double length = 0.0;
+        for (std::size_t i = 0; i < chain.size(); ++i) {
+            length += _mesh.calc_edge_length(chain[i]);
+            const auto h = _mesh.halfedge_handle(chain[i], 0);
+            for (const auto v : {_mesh.to_vertex_handle(h), _mesh.from_vertex_handle(h)}) {
+                for (auto e = _mesh.cve_iter(v); e.is_valid(); ++e) {
+                    if (isFeature(*e) && !_mesh.is_boundary(*e) && seen[at(*e)] == 0) {
+                        seen[at(*e)] = 1;
+                        chain.push_back(*e);
+                    }
+                }
+            }
+        }
+        if (length < _options.shortestCrease) {
+            for (const auto e : chain) { _feature[at(e)] = 0; }
+        }
+    }
+}
+
+void Collapser::dropCreases()
+{
+    for (const auto e : _mesh.edges()) {
+        if (!_mesh.is_boundary(e)) { _feature[at(e)] = 0; }
+    }
+}
+
+void Collapser::initializeQuadrics()
+{
+    _quadrics.assign(_mesh.n_vertices(), Quadric(0.0));
+    _quadricArea.assign(_mesh.n_vertices(), 0.0);
+    const auto addPlane = [&](Mesh::VertexHandle v, const Vector3d& unitNormal, const Vector3d& point, double weight) {
+        Quadric q(unitNormal.x(), unitNormal.y(), unitNormal.z(), -unitNormal.dot(point));
+        _quadrics[at(v)] += q *= weight;
+    };
+    for (const auto f : _mesh.faces()) {
+        const auto& t = _source.triangles[at(f)];
+        const Vector3d& a = _source.positions[t[0]];
+        const Vector3d n = (_source.positions[t[1]] - a).cross(_source.positions[t[2]] - a);
+        const double twiceArea = n.norm();
+        if (!(twiceArea > 0.0)) { continue; }
+        for (auto h = _mesh.cfh_iter(f); h.is_valid(); ++h) {
+            const auto v = _mesh.to_vertex_handle(*h);
+            addPlane(v, n / twiceArea, a, twiceArea / 6.0);
+            _quadricArea[at(v)] += twiceArea / 6.0;
+            if (!isFeature(_mesh.edge_handle(*h))) { continue; }
+            // A plane through the feature edge, upright on this face.
+            const auto u = _mesh.from_vertex_handle(*h);
+            const Vector3d upright = (position(v) - position(u)).cross(n);
+            const double length = upright.norm();
+            if (!(length > 0.0)) { continue; }
+            addPlane(v, upright / length, position(v), kFeatureWeight * twiceArea / 6.0);
+            addPlane(u, upright / length, position(v), kFeatureWeight * twiceArea / 6.0);
+        }
+    }
+}
+
+bool Collapser::isAllowed(Mesh::HalfedgeHandle h, unsigned features) const
+{
+    const auto v = _mesh.from_vertex_handle(h);
+    const auto w = _mesh.to_vertex_handle(h);
+    if (features != 0 && (features != 2 || !isFeature(_mesh.edge_handle(h)))) { return false; }
+    const unsigned valence = _mesh.valence(v);
+    if (valence < 3 || valence > CollapseHistory::kMaxRing - 1) { return false; }
+    const unsigned after = valence + _mesh.valence(w) - 4;
+    if (after > std::max(_options.maxValence, _mesh.valence(w))) { return false; }
+    return _mesh.is_collapse_ok(h);
+}
+
+/// Cost of a collapse that isAllowed, infinite if its shape is not.
+double Collapser::cost(Mesh::HalfedgeHandle h) const
+{
+    constexpr double kForbidden = std::numeric_limits<double>::infinity();
+    const auto v = _mesh.from_vertex_handle(h);
+    const auto w = _mesh.to_vertex_handle(h);
+    double weight = 0.0;
+    double area = 0.0;
+    double largestArea = 0.0;
+    double worst = 1.0;
+    for (auto out = _mesh.cvoh_ccwiter(v); out.is_valid(); ++out) {
+        const auto f = _mesh.face_handle(*out);
+        if (!f.is_valid()) { continue; }
+        weight += _weight[at(f)];
+        const auto a = _mesh.to_vertex_handle(*out);
+        const auto b = _mesh.to_vertex_handle(_mesh.next_halfedge_handle(*out));
+        if (a == w || b == w) { continue; }
+        const Vector3d side = position(b) - position(a);
+        const Vector3d before = side.cross(position(v) - position(a));
+        const Vector3d after = side.cross(position(w) - position(a));
+        const double beforeLength = before.norm();
+        const double afterLength = after.norm();
+        if (beforeLength > 0.0 && before.dot(after) <= _limits.turn * beforeLength * afterLength) { return kForbidden; }
+        const double quality = triangleQuality(position(w), position(a), position(b));
+        if (quality < _limits.needle && quality <= triangleQuality(position(v), position(a), position(b))) {
+            return kForbidden;
+        }
+        worst = std::min(worst, quality);
+        area += afterLength;
+        largestArea = std::max(largestArea, afterLength);
+    }
+    // Before the star is flattened its weight is taken to follow the new faces' areas,.
+    const double gathered = area > 0.0 ? weight * largestArea / area : weight;
+    if (gathered > _limits.largestWeight) { return kForbidden; }
+    const Quadric q = _quadrics[at(v)] + _quadrics[at(w)];
+    const Vector3d& p = position(w);
+    const double squared = std::max(0.0, q(OpenMesh::Vec3d(p.x(), p.y(), p.z()))) /
+                           std::max(_quadricArea[at(v)] + _quadricArea[at(w)], 1e-300);
+    return (std::sqrt(squared) / _patchSize + kSizeWeight * gathered / _patchWeight) / (worst + 0.1);
+}
+
+void Collapser::queueVertex(Mesh::VertexHandle v)
+{
+    const std::uint32_t version = ++_version[at(v)];
+    const unsigned features = featureCount(v);
+    Entry best{std::numeric_limits<double>::infinity(), static_cast<std::uint32_t>(v.idx()), version,
+               Mesh::HalfedgeHandle()};
+    for (auto h = _mesh.cvoh_ccwiter(v); h.is_valid(); ++h) {
+        if (!isAllowed(*h, features)) { continue; }
+        const double c = cost(*h);
+        if (c < best.cost || (c == best.cost && best.halfedge.is_valid() && h->idx() < best.halfedge.idx())) {
+            best.cost = c;
+            best.halfedge = *h;
+        }
+    }
+    if (best.halfedge.is_valid()) { _queue.push(best); }
+}
+
+void Collapser::initializeQueue()
+{
+    _queue = {};
+    for (const auto v : _mesh.vertices()) {
+        if (!_mesh.status(v).deleted() && !_mesh.is_isolated(v)) { queueVertex(v); }
+    }
+}
+
+bool Collapser::gatherStar(Mesh::HalfedgeHandle h, Star& star, CollapseHistory::Step& step,
+                           std::array<Mesh::FaceHandle, CollapseHistory::kMaxRing>& faces) const
+{
+    const auto v = _mesh.from_vertex_handle(h);
+    star.center = position(v);
+    star.gap = CollapseHistory::Step::kNoGap;
+    star.crease = 0;
+    unsigned n = 0;
+    auto out = h;
+    const bool onCrease = isFeature(_mesh.edge_handle(h)) && !_mesh.is_boundary(v);
+    do {
+        const auto f = _mesh.face_handle(out);
+        star.ring[n] = position(_mesh.to_vertex_handle(out));
+        faces[n] = f;
+        if (f.is_valid()) {
+            unsigned corner = 0;
+            auto around = _mesh.halfedge_handle(f);
+            while (_mesh.from_vertex_handle(around).idx() != static_cast<int>(_firstVertex[at(f)])) {
+                around = _mesh.next_halfedge_handle(around);
+            }
+            for (; _mesh.from_vertex_handle(around) != v; around = _mesh.next_halfedge_handle(around)) { ++corner; }
+            star.weight[n] = _weight[at(f)];
+            step.oldFace[n] = _number[at(f)];
+            step.corner[n] = static_cast<std::uint8_t>(corner);
+        } else {
+            star.weight[n] = 0.0;
+            star.gap = n;
+        }
+        if (n != 0 && onCrease && isFeature(_mesh.edge_handle(out))) { star.crease = n; }
+        ++n;
+        out = _mesh.ccw_rotated_halfedge_handle(out);
+    } while (out != h);
+    star.ringSize = n;
+    // A crease's two ends that share a face cannot be laid on one line.
+    return n >= 3 && !(onCrease && (star.crease <= 1 || star.crease == n - 1));
+}
+
+/// The edges from the vertex that h points to whose feature flag the collapse of h must set: those beside h, which
+/// survive as one of two handles, and the continuation of a feature along h.
+std::vector<Collapser::FeatureEdge> Collapser::featuresAfter(Mesh::HalfedgeHandle h) const
+{
+    std::vector<FeatureEdge> edges;
+    const auto v = _mesh.from_vertex_handle(h);
+    const auto w = _mesh.to_vertex_handle(h);
+    const bool alongFeature = isFeature(_mesh.edge_handle(h));
+    for (auto out = _mesh.cvoh_ccwiter(v); out.is_valid(); ++out) {
+        const auto x = _mesh.to_vertex_handle(*out);
+        if (x == w) { continue; }
+        const bool carried = alongFeature && isFeature(_mesh.edge_handle(*out));
+        const auto shared = _mesh.find_halfedge(w, x);
+        if (shared.is_valid()) {
+            edges.push_back({x, carried || isFeature(_mesh.edge_handle(shared))});
+        } else if (carried) {
+            edges.push_back({x, true});
+        }
+    }
+    return edges;
+}
+
+bool Collapser::collapse(Mesh::HalfedgeHandle h)
+{
+    Star star;
+    CollapseHistory::Step step;
+    std::array<Mesh::FaceHandle, CollapseHistory::kMaxRing> faces;
+    if (!gatherStar(h, star, step, faces)) { return false; }
+    flattenStar(star, step);
+    if (!(step.quality() > 1e-4)) { return false; }
+
+    const auto v = _mesh.from_vertex_handle(h);
+    const auto w = _mesh.to_vertex_handle(h);
+    const unsigned n = star.ringSize;
+    const std::vector<FeatureEdge> edges = featuresAfter(h);
+    const auto newWeights = step.handOver(star.weight);
+    if (*std::max_element(newWeights.begin(), newWeights.begin() + n - 2) > _limits.largestWeight) { return false; }
+    const std::uint32_t first = _history.add(step);
+    _mesh.collapse(h);
+    _quadrics[at(w)] += _quadrics[at(v)];
+    _quadricArea[at(w)] += _quadricArea[at(v)];
+    for (const FeatureEdge& edge : edges) {
+        _feature[at(_mesh.edge_handle(_mesh.find_halfedge(w, edge.vertex)))] = edge.isFeature ? 1 : 0;
+    }
+    for (unsigned j = 0; j + 2 < n; ++j) {
+        const std::size_t f = at(faces[j + 1]);
+        _number[f] = first + j;
+        _firstVertex[f] = static_cast<std::uint32_t>(w.idx());
+        _weight[f] = newWeights[j];
+    }
+    _faces -= star.gap == CollapseHistory::Step::kNoGap ? 2 : 1;
+
+    queueVertex(w);
+    for (auto x = _mesh.cvv_iter(w); x.is_valid(); ++x) { queueVertex(*x); }
+    return true;
+}
+
+void Collapser::collapseAll(Progress& progress)
+{
+    constexpr std::uint64_t kReportEvery = 4096;
+    std::uint64_t done = 0;
+    while (_faces > _target && !_queue.empty()) {
+        const Entry entry = _queue.top();
+        _queue.pop();
+        const Mesh::VertexHandle v(static_cast<int>(entry.vertex));
+        if (entry.version != _version[entry.vertex] || _mesh.status(v).deleted()) { continue; }
+        // What lies two rings away may have changed since.
+        if (!isAllowed(entry.halfedge, featureCount(v)) || !(cost(entry.halfedge) < std::numeric_limits<double>::infinity())) {
+            continue;
+        }
+        if (collapse(entry.halfedge) && ++done % kReportEvery == 0) { progress.step(kReportEvery); }
+    }
+    progress.step(done % kReportEvery);
+}
+
+void Collapser::run(Progress& progress)
+{
+    progress.begin("collapse", _faces > _target ? (_faces - _target) / 2 : 0, "vertices");
+    initializeQueue();
+    collapseAll(progress);
+    for (int loosened = 1; _faces > 3 * _target && loosened <= 3; ++loosened) {
+        _limits.needle *= 0.5;
+        _limits.turn = loosened == 1 ? 0.0 : -1.0;
+        if (loosened == 3) { dropCreases(); }
+        initializeQueue();
+        collapseAll(progress);
+    }
+    progress.end();
+}
+
+std::vector<RemainingFace> Collapser::remainingFaces() const
+{
+    std::vector<RemainingFace> faces;
+    faces.reserve(_faces);
+    for (const auto f : _mesh.faces()) {
+        if (_mesh.status(f).deleted()) { continue; }
+        RemainingFace face{};
+        unsigned k = 0;
+        for (auto v = _mesh.cfv_ccwiter(f); v.is_valid(); ++v) {
+            face.vertices[k++] = static_cast<std::uint32_t>(v->idx());
+        }
+        face.number = _number[at(f)];
+        // The history's corner 0 is _firstVertex; vertices[0] is that many corners after it.
+        for (unsigned c = 0; c < 3; ++c) {
+            if (face.vertices[c] == _firstVertex[at(f)]) { face.corner = static_cast<std::uint8_t>((3 - c) % 3); }
+        }
+        faces.push_back(face);
+    }
+    return faces;
+}
+
+} // namespace
+
+std::vector<RemainingFace> collapseSurface(const SourceMesh& source, const ControlMeshOptions& options,
+                                           CollapseHistory& history, Progress& progress)
+{
+    const auto bySize = static_cast<std::size_t>(static_cast<double>(source.triangles.size()) / options.trianglesPerPatch);
+    const std::size_t target = std::max<std::size_t>(1, options.patches != 0 ? options.patches : bySize);
+    Collapser collapser(source, options, target, history);
+    collapser.run(progress);
+    return collapser.remainingFaces();
+}
+
+} // namespace osgTessLOD::bake

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+#include <osgTessLOD/bake/SurfaceDistance.h>
+
+#include <Eigen/Geometry>
+#include <embree3/rtcore.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+
+namespace osgTessLOD::bake {
+
+namespace {
+
+using Eigen::Vector3f;
+
+/// Nearest point to p on the triangle abc (Ericson, Real-Time Collision Detection, §5.1.5).
+Vector3f closestPoint(const Vector3f& p, const Vector3f& a, const Vector3f& b, const Vector3f& c)
+{
+    const Vector3f ab = b - a;
+    const Vector3f ac = c - a;
+    const Vector3f ap = p - a;
+    const float d1 = ab.dot(ap);
+    const float d2 = ac.dot(ap);
+    if (d1 <= 0.0F && d2 <= 0.0F) { return a; }
+    const Vector3f bp = p - b;
+    const float d3 = ab.dot(bp);
+    const float d4 = ac.dot(bp);
+    if (d3 >= 0.0F && d4 <= d3) { return b; }
+    const float vc = d1 * d4 - d3 * d2;
+    if (vc <= 0.0F && d1 >= 0.0F && d3 <= 0.0F) { return a + ab * (d1 / (d1 - d3)); }
+    const Vector3f cp = p - c;
+    const float d5 = ab.dot(cp);
+    const float d6 = ac.dot(cp);
+    if (d6 >= 0.0F && d5 <= d6) { return c; }
+    const float vb = d5 * d2 - d1 * d6;
+    if (vb <= 0.0F && d2 >= 0.0F && d6 <= 0.0F) { return a + ac * (d2 / (d2 - d6)); }
+    const float va = d3 * d6 - d5 * d4;
+    if (va <= 0.0F && d4 - d3 >= 0.0F && d5 - d6 >= 0.0F) {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    const float sum = va + vb + vc;
+    if (!(std::fabs(sum) > 0.0F)) { return a; }
+    return a + ab * (vb / sum) + ac * (vc / sum);
+}
+
+RTCDevice sharedDevice()
+{
+    struct Device {
+        RTCDevice handle = rtcNewDevice(nullptr);
+        ~Device() { rtcReleaseDevice(handle); }
+    };
+    static const Device device;
+    if (device.handle == nullptr) { throw std::bad_alloc(); }
+    return device.handle;
+}
+
+} // namespace
+
+struct SurfaceDistance::Scene {
+    RTCScene handle = nullptr;
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    const float* vertices = nullptr;
+    const std::uint32_t* indices = nullptr;
+
+    ~Scene()
+    {
+        if (handle != nullptr) { rtcReleaseScene(handle); }
+    }
+    Vector3f vertex(std::uint32_t v) const { return {vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]}; }
+
+    static bool visit(RTCPointQueryFunctionArguments* arguments)
+    {
+        const Scene& scene = *static_cast<const Scene*>(arguments->userPtr);
+        const std::uint32_t* corners = scene.indices + 3 * static_cast<std::size_t>(arguments->primID);
+        const Vector3f p(arguments->query->x, arguments->query->y, arguments->query->z);
+        const float distance =
+            (closestPoint(p, scene.vertex(corners[0]), scene.vertex(corners[1]), scene.vertex(corners[2])) - p).norm();
+        if (distance >= arguments->query->radius) { return false; }
+        arguments->query->radius = distance;
+        return true;
+    }
+};
+
+SurfaceDistance::SurfaceDistance(const std::vector<Eigen::Vector3d>& positions,
+                                 const std::vector<std::array<std::uint32_t, 3>>& triangles)
+    : _scene(std::make_unique<Scene>())
+{
+    Eigen::AlignedBox3d box;
+    for (const auto& p : positions) { box.extend(p); }
+    if (!positions.empty()) { _scene->center = box.center(); }
+
+    RTCDevice device = sharedDevice();
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                                 3 * sizeof(float), positions.size()));
+    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles.size()));
+    if ((vertices == nullptr && !positions.empty()) || (indices == nullptr && !triangles.empty())) {
+        rtcReleaseGeometry(geometry);
+        throw std::bad_alloc();
+    }
+    for (std::size_t v = 0; v < positions.size(); ++v) {
+        const Vector3f p = (positions[v] - _scene->center).cast<float>();
+        std::copy_n(p.data(), 3, vertices + 3 * v);
+    }
+    for (std::size_t t = 0; t < triangles.size(); ++t) { std::copy_n(triangles[t].data(), 3, indices + 3 * t); }
+    _scene->vertices = vertices;
+    _scene->indices = indices;
+    rtcCommitGeometry(geometry);
+    _scene->handle = rtcNewScene(device);
+    rtcSetSceneFlags(_scene->handle, RTC_SCENE_FLAG_COMPACT);
+    rtcAttachGeometry(_scene->handle, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(_scene->handle);
+}
+
+SurfaceDistance::~SurfaceDistance() = default;
+SurfaceDistance::SurfaceDistance(SurfaceDistance&&) noexcept = default;
+SurfaceDistance& SurfaceDistance::operator=(SurfaceDistance&&) noexcept = default;
+
+double SurfaceDistance::distance(const Eigen::Vector3d& point) const
+{
+    const Vector3f p = (point - _scene->center).cast<float>();
+    RTCPointQuery query{};
+    query.x = p.x();
+    query.y = p.y();
+    query.z = p.z();
+    query.radius = std::numeric_limits<float>::infinity();
+    RTCPointQueryContext context{};
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(_scene->handle, &query, &context, &Scene::visit, _scene.get());
+    return static_cast<double>(query.radius);
+}
+
+namespace {
+
+double oneSided(const SurfaceView& from, const SurfaceDistance& to)
+{
+    const auto largest = [](double a, double b) { return std::max(a, b); };
+    const double atVertices = tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, from.positions.size(), 1024), 0.0,
+        [&](const auto& range, double result) {
+            for (std::size_t v = range.begin(); v != range.end(); ++v) {
+                result = std::max(result, to.distance(from.positions[v]));
+            }
+            return result;
+        },
+        largest);
+    const double atFaces = tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, from.triangles.size(), 1024), 0.0,
+        [&](const auto& range, double result) {
+            for (std::size_t t = range.begin(); t != range.end(); ++t) {
+                const auto& corner = from.triangles[t];
+                const Eigen::Vector3d& a = from.positions[corner[0]];
+                const Eigen::Vector3d& b = from.positions[corner[1]];
+                const Eigen::Vector3d& c = from.positions[corner[2]];
+                const std::array<Eigen::Vector3d, 4> samples{(a + b + c) / 3.0, 0.5 * (a + b), 0.5 * (b + c),
+                                                             0.5 * (c + a)};
+                for (const auto& p : samples) { result = std::max(result, to.distance(p)); }
+            }
+            return result;
+        },
+        largest);
+    return std::max(atVertices, atFaces);
+}
+
+} // namespace
+
+HausdorffDistance hausdorffDistance(const SurfaceView& first, const SurfaceView& second)
+{
+    HausdorffDistance result;
+    result.forward = oneSided(first, SurfaceDistance(second.positions, second.triangles));
+    result.backward = oneSided(second, SurfaceDistance(first.positions, first.triangles));
+    return result;
+}
+
+} // namespace osgTessLOD::bake

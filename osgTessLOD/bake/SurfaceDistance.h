@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/Export.h>
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace osgTessLOD::bake {
+
+/// Distances from points to a triangle surface (Embree).
+class OSGTESSLOD_EXPORT SurfaceDistance {
+public:
+    /// Positions are kept in single precision relative to their bounding box's centre: distances are good to about 1e-7
+    /// of the surface's size.
+    SurfaceDistance(const std::vector<Eigen::Vector3d>& positions,
+                    const std::vector<std::array<std::uint32_t, 3>>& triangles);
+    ~SurfaceDistance();
+    SurfaceDistance(SurfaceDistance&&) noexcept;
+    SurfaceDistance& operator=(SurfaceDistance&&) noexcept;
+
+    /// Distance from `point` to the nearest point of the surface. Thread safe.
+    double distance(const Eigen::Vector3d& point) const;
+
+private:
+    struct Scene;
+    std::unique_ptr<Scene> _scene;
+};
+
+/// Sampled two-sided Hausdorff distance between two surfaces.
+struct HausdorffDistance {
+    double forward = 0.0;   ///< largest distance from a sample of the first to the second
+    double backward = 0.0;  ///< from a sample of the second to the first
+    double symmetric() const { return forward > backward ? forward : backward; }
+};
+
+/// A triangle surface by reference.
+struct SurfaceView {
+    const std::vector<Eigen::Vector3d>& positions;
+    const std::vector<std::array<std::uint32_t, 3>>& triangles;
+};
+
+/// Samples both surfaces at their vertices, edge midpoints and face centroids. Parallel (TBB), deterministic.
+OSGTESSLOD_EXPORT HausdorffDistance hausdorffDistance(const SurfaceView& first, const SurfaceView& second);
+
+} // namespace osgTessLOD::bake

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/render/MorphedSurface.h>
+#include <osgTessLOD/render/PatchSelector.h>
+
+#include <osg/Array>
+#include <osg/BoundingBox>
+#include <osg/Referenced>
+#include <osg/StateSet>
+#include <osg/TextureBuffer>
+#include <osg/Vec3f>
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace osgTessLOD {
+
+/// An asset made ready for drawing: what all drawables, copies and selections of it share. Holds the asset, its texture
+/// buffers with the state that draws with them, and its selector. Immutable but for OSG's own per-context GL objects.
+class OSGTESSLOD_EXPORT GpuAsset : public osg::Referenced {
+public:
+    /// Texture units of the three buffers: out of the way of units that applications use.
+    static constexpr unsigned kVerticesUnit = 13;
+    static constexpr unsigned kPatchTableUnit = 14;
+    static constexpr unsigned kNormalsUnit = 15;
+
+    /// The asset must be valid; not null.
+    explicit GpuAsset(std::shared_ptr<const LodAsset> asset);
+
+    const LodAsset& asset() const { return *_asset; }
+    const PatchSelector& selector() const { return _selector; }
+    const MorphedSurface& surface() const { return _surface; }
+    const osg::BoundingBox& bounds() const { return _bounds; }
+
+    /// Program, patch size, texture buffers and uniforms; the second is for PatchSelection::capture.
+    osg::StateSet* drawState() const { return _drawState.get(); }
+    osg::StateSet* captureState() const { return _captureState.get(); }
+
+    /// True if the context of `state`, which must be current, can draw the asset. Says why not, once per asset.
+    bool canDraw(osg::State& state) const;
+
+    /// The surface at one level, of at most `kProxyTriangles` triangles where a level has so few, for everything that
+    /// wants triangles on the CPU (intersections, bounding volumes). Made when first asked for; any thread.
+    struct Proxy {
+        std::vector<osg::Vec3f> vertices;
+        std::vector<unsigned> indices; ///< three per triangle
+    };
+    static constexpr std::uint64_t kProxyTriangles = 100'000;
+    const Proxy& proxy() const;
+
+    void compileGLObjects(osg::State& state) const;
+    void releaseGLObjects(osg::State* state) const;
+    void resizeGLObjectBuffers(unsigned maxSize);
+
+protected:
+    ~GpuAsset() override;
+
+private:
+    osg::ref_ptr<osg::StateSet> makeState(osg::StateAttribute* program) const;
+    void addBuffer(osg::Array* array, GLenum format, unsigned unit, std::int64_t texels);
+    void warnOnce(const std::string& why) const;
+
+    std::shared_ptr<const LodAsset> _asset;
+    PatchSelector _selector;
+    MorphedSurface _surface;
+    osg::BoundingBox _bounds;
+    struct Buffer {
+        osg::ref_ptr<osg::Array> data;
+        osg::ref_ptr<osg::TextureBuffer> texture;
+    };
+    std::vector<Buffer> _buffers; ///< vertices, patch table, normals if there are
+    std::int64_t _largestBufferTexels = 0;
+    osg::ref_ptr<osg::Referenced> _programs; ///< shared by all assets
+    osg::ref_ptr<osg::StateSet> _drawState;
+    osg::ref_ptr<osg::StateSet> _captureState;
+    mutable std::atomic<bool> _warned{false};
+    mutable std::once_flag _proxyOnce;
+    mutable Proxy _proxy;
+};
+
+} // namespace osgTessLOD

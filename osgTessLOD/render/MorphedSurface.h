@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/LodAsset.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace osgTessLOD {
+
+/// Vertices of an asset at continuous levels, on the CPU: twin of shaders/tesslod_surface.glsl, to the bit.
+/// Keeps a reference to the asset, which must outlive it.
+class OSGTESSLOD_EXPORT MorphedSurface {
+public:
+    using Vec3 = std::array<float, 3>;
+
+    explicit MorphedSurface(const LodAsset& asset);
+
+    /// Per patch 3 + levelCount numbers: lattice origin x, y, z, then for each level the index of its first vertex among
+    /// all levels' vertices one after the other, −1 where the patch does not reach the level.
+    const std::vector<std::int32_t>& patchTable() const { return _patchTable; }
+    /// Vertices of all levels; the patch table is usable only if this fits 31 bits.
+    std::uint64_t vertexCount() const { return _levelStarts.back(); }
+    /// Index of the first vertex of each level; one more entry than levels.
+    const std::vector<std::uint64_t>& levelStarts() const { return _levelStarts; }
+
+    /// Position, in the asset's frame, of vertex `index` of the pattern that `patch` is drawn with when its sides are at
+    /// these continuous levels: the pattern of level ⌈largest⌉. Each level must be ≤ the finest of its edge (so that both
+    /// sides have it).
+    Vec3 tessLodSurfacePoint(std::uint32_t patch, const std::array<float, 3>& edgeLevels, std::uint32_t index) const;
+
+    /// The level whose pattern these sides are drawn with.
+    static unsigned drawnLevel(const std::array<float, 3>& edgeLevels);
+
+private:
+    LodVertex vertex(std::uint32_t patch, unsigned level, std::uint32_t index) const;
+    Vec3 tessLodVertexPoint(std::uint32_t patch, unsigned level, std::uint32_t index) const;
+    Vec3 tessLodBorderPoint(std::uint32_t patch, unsigned level, std::uint32_t index, float edgeLevel) const;
+
+    const LodAsset& _asset;
+    std::vector<std::int32_t> _patchTable;
+    std::vector<std::uint64_t> _levelStarts;
+};
+
+} // namespace osgTessLOD

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include <osgTessLOD/render/PatchCullCallback.h>
+
+#include <osgTessLOD/render/GpuAsset.h>
+#include <osgTessLOD/render/PatchSelection.h>
+#include <osgTessLOD/render/PatchSelector.h>
+#include <osgTessLOD/render/TessLODDrawable.h>
+
+#include <osg/Camera>
+#include <osg/Transform>
+#include <osg/Viewport>
+#include <osgUtil/CullVisitor>
+
+#include <algorithm>
+#include <cmath>
+
+namespace osgTessLOD {
+
+namespace {
+
+/// The camera whose viewpoint this traversal uses, if it is another than the one being traversed; else null.
+const osg::Camera* inheritedFrom(osgUtil::CullVisitor& visitor)
+{
+    const auto inherits = [](const osg::Camera* camera) {
+        return camera != nullptr && camera->getReferenceFrame() == osg::Transform::ABSOLUTE_RF_INHERIT_VIEWPOINT;
+    };
+    if (!inherits(visitor.getCurrentCamera())) { return nullptr; }
+    const osg::NodePath& path = visitor.getNodePath();
+    for (auto node = path.rbegin(); node != path.rend(); ++node) {
+        const osg::Camera* camera = (*node)->asCamera();
+        if (camera != nullptr && !inherits(camera)) { return camera; }
+    }
+    return visitor.getRenderStage()->getCamera(); // the view's own, which is not in the path
+}
+
+bool isOrthographic(const osg::Matrixd& projection)
+{
+    return projection(0, 3) == 0.0 && projection(1, 3) == 0.0 && projection(2, 3) == 0.0;
+}
+
+/// Pixels per unit at distance 1 (orthographic: per unit), along the more magnified screen axis. 0 without a viewport.
+double pixelScaleOf(const osg::Matrixd& p, const osg::Viewport* viewport)
+{
+    if (viewport == nullptr) { return 0.0; }
+    const double x = std::hypot(p(0, 0), p(1, 0)) * viewport->width(); // two terms: the view may be turned by 90°
+    const double y = std::hypot(p(0, 1), p(1, 1)) * viewport->height();
+    const double scale = 0.5 * std::max(x, y);
+    return std::isfinite(scale) ? std::max(scale, 0.0) : 0.0;
+}
+
+/// Largest factor by which the matrix lengthens an axis.
+double lengthScale(const osg::Matrixd& m)
+{
+    const auto row = [&](int k) { return osg::Vec3d(m(k, 0), m(k, 1), m(k, 2)).length(); };
+    return std::max(row(0), std::max(row(1), row(2)));
+}
+
+SelectionView viewOf(osgUtil::CullVisitor& visitor, const SelectionOptions& options)
+{
+    if (options.frozen) { return {options.frozenEye, options.frozenPixelScale, false}; }
+    const osg::Camera* other = inheritedFrom(visitor);
+    const osg::Viewport* viewport = other != nullptr ? other->getViewport() : visitor.getViewport();
+    const osg::Matrixd projection = other != nullptr ? other->getProjectionMatrix() : *visitor.getProjectionMatrix();
+    SelectionView view;
+    view.eye = visitor.getViewPointLocal();
+    view.orthographic = isOrthographic(projection);
+    view.pixelScale = pixelScaleOf(projection, viewport);
+    if (view.orthographic) { view.pixelScale *= lengthScale(*visitor.getModelViewMatrix()); }
+    const double lodScale = visitor.getLODScale();
+    if (lodScale > 0.0) { view.pixelScale /= lodScale; }
+    return view;
+}
+
+std::vector<osg::Plane> frustumOf(osgUtil::CullVisitor& visitor)
+{
+    if ((visitor.getCullingMode() & osg::CullSettings::VIEW_FRUSTUM_CULLING) == 0) { return {}; }
+    return visitor.getCurrentCullingSet().getFrustum().getPlaneList();
+}
+
+/// As CullVisitor::apply(Drawable&) does it, for another drawable than the visited one.
+void addLeaf(osgUtil::CullVisitor& visitor, osg::Drawable& leaf, const osg::BoundingBox& bounds,
+             const std::vector<const osg::StateSet*>& states)
+{
+    osg::RefMatrix& matrix = *visitor.getModelViewMatrix();
+    if (visitor.getComputeNearFarMode() != osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR && bounds.valid() &&
+        !visitor.updateCalculatedNearFar(matrix, bounds)) {
+        return; // behind the eye
+    }
+    const osg::Vec3d center = osg::Vec3d(bounds.center()) * matrix;
+    const auto depth = static_cast<float>(-center.z());
+    if (std::isnan(depth)) { return; }
+    for (const osg::StateSet* state : states) { visitor.pushStateSet(state); }
+    visitor.addDrawableAndDepth(&leaf, &matrix, depth);
+    for (std::size_t k = 0; k < states.size(); ++k) { visitor.popStateSet(); }
+}
+
+/// The states to push, outermost first.
+std::vector<const osg::StateSet*> statesFor(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawable,
+                                            const osg::BoundingBox& bounds)
+{
+    std::vector<const osg::StateSet*> states;
+    if (drawable.getStateSet() != nullptr) { states.push_back(drawable.getStateSet()); }
+    for (const osg::CullingSet::StateFrustumPair& pair : visitor.getCurrentCullingSet().getStateFrustumList()) {
+        osg::Polytope frustum = pair.second;
+        if (frustum.contains(bounds)) { states.push_back(pair.first.get()); }
+    }
+    states.push_back(drawable.getGpuAsset()->drawState());
+    return states;
+}
+
+} // namespace
+
+PatchCullCallback::PatchCullCallback(const PatchCullCallback& other, const osg::CopyOp& copyop)
+    : osg::Object(other, copyop)
+    , osg::Callback(other, copyop)
+    , osg::DrawableCullCallback(other, copyop)
+{
+}
+
+bool PatchCullCallback::cull(osg::NodeVisitor* visitor, osg::Drawable* drawable, osg::RenderInfo* renderInfo) const
+{
+    auto* cull = visitor != nullptr ? visitor->asCullVisitor() : nullptr;
+    const auto* lod = dynamic_cast<const TessLODDrawable*>(drawable);
+    if (cull == nullptr || lod == nullptr) { return false; }
+    // CullVisitor calls the outermost callback only: the ones that were added later are up to it.
+    const auto* nested = dynamic_cast<const osg::DrawableCullCallback*>(getNestedCallback());
+    if (nested != nullptr && nested->cull(visitor, drawable, renderInfo)) { return true; }
+    GpuAsset* asset = lod->getGpuAsset();
+    if (asset == nullptr) { return true; }
+    const osg::BoundingBox& bounds = lod->getBoundingBox();
+    if (lod->isCullingActive() && cull->isCulled(bounds)) { return true; }
+
+    const SelectionView view = viewOf(*cull, lod->getOptions());
+    PatchSelector::Result selected = asset->selector().select(view, lod->getOptions(), frustumOf(*cull));
+    const osg::ref_ptr<PatchSelection> selection =
+        new PatchSelection(asset, std::move(selected.records), std::move(selected.statistics), view);
+    if (lod->getSelectionObserver() != nullptr) {
+        const osg::Matrixd localToWorld = osg::computeLocalToWorld(cull->getNodePath());
+        lod->getSelectionObserver()->selected(cull->getCurrentCamera(), localToWorld, *selection);
+    }
+    if (!selection->records().empty()) { addLeaf(*cull, *selection, bounds, statesFor(*cull, *lod, bounds)); }
+    return true;
+}
+
+} // namespace osgTessLOD

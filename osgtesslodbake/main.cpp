@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// osgtesslodbake: makes a .tlod file of a surface, and tells what is in one.
+#include "AssetInfo.h"
+#include "ConsoleProgress.h"
+
+#include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/asset/AtomicFile.h>
+#include <osgTessLOD/asset/SurfaceMesh.h>
+#include <osgTessLOD/asset/TlodFile.h>
+#include <osgTessLOD/bake/Baker.h>
+#include <osgTessLOD/bake/BuiltinSurface.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <new>
+#include <stdexcept>
+
+namespace {
+
+using namespace osgTessLOD;
+
+constexpr double kDegree = 3.14159265358979323846 / 180.0;
+
+/// What the command line asks for.
+struct Arguments {
+    std::string source;
+    std::string output;
+    std::string report;
+    std::string info;
+    std::string check;
+    std::string exported;
+    std::string technique = "uniform";
+    unsigned factor = 64;
+    double creaseAngleDegrees = 60.0;
+    bool noNormals = false;
+    bool quiet = false;
+    bake::BakeOptions bake;
+};
+
+void declareArguments(CLI::App& app, Arguments& arguments)
+{
+    app.add_option("source", arguments.source,
+                   "PLY, OBJ, OFF or STL file, or builtin:NAME with NAME one of " +
+                       fmt::format("{}", fmt::join(bake::builtinSurfaceNames(), ", ")));
+    app.add_option("-o,--output", arguments.output, "file to write: .tlod of a bake, .ply of --export");
+    app.add_option("--report", arguments.report, "write seconds, peak memory and error per stage and level as JSON");
+    app.add_option("--max-factor", arguments.bake.maxFactor, "tessellation factor of the finest level: 1, 2, 4 ... 64")
+        ->capture_default_str();
+    app.add_option("--patches", arguments.bake.controlMesh.patches, "patches to make of a mesh; 0: by its size")
+        ->capture_default_str();
+    app.add_option("--crease-angle", arguments.creaseAngleDegrees, "edges sharper than this many degrees are creases")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 180.0));
+    app.add_option("--triangles", arguments.bake.builtinTriangles, "scale a builtin source to about so many triangles");
+    app.add_option("--technique", arguments.technique, "how levels are made")->capture_default_str()->check(
+        CLI::IsMember({"uniform"}));
+    app.add_option("--threads", arguments.bake.threads, "threads to use; 0: all processors")->capture_default_str();
+    app.add_flag("--no-normals", arguments.noNormals, "store no normal texture");
+    app.add_flag("-q,--quiet", arguments.quiet, "show no progress");
+    auto* info = app.add_option("--info", arguments.info, "print what is in this .tlod file as JSON");
+    auto* check = app.add_option("--check", arguments.check, "tell whether this .tlod file is sound");
+    auto* exported = app.add_option("--export", arguments.exported, "write the surface of this .tlod file as PLY");
+    app.add_option("--factor", arguments.factor, "level to export")->capture_default_str()->needs(exported);
+    info->excludes(check)->excludes(exported);
+    check->excludes(exported);
+}
+
+void bakeToFile(Arguments& arguments)
+{
+    if (arguments.output.empty()) { throw AssetError("where to write is not said: -o FILE.tlod"); }
+    arguments.bake.controlMesh.creaseAngleRadians = arguments.creaseAngleDegrees * kDegree;
+    arguments.bake.normals = !arguments.noNormals;
+    ConsoleProgress progress(arguments.quiet);
+    bake::BakeReport report;
+    const LodAsset asset = bake::bakeSource(arguments.source, arguments.bake, progress, report);
+    writeTlod(arguments.output, asset);
+    if (!arguments.report.empty()) {
+        AtomicFile file(arguments.report);
+        file.stream() << report.toJson() << "\n";
+        file.commit();
+    }
+    if (!arguments.quiet) {
+        fmt::print(stderr, "{}: {} triangles in {} patches, error at factor {} {:.3g} ({:.4f} % of the diagonal), {:.1f} s\n",
+                   arguments.output, report.sourceTriangles, report.patches, report.levels.back().factor,
+                   report.levels.back().largestError, 100.0 * report.levels.back().largestError / report.diagonal,
+                   report.seconds);
+    }
+}
+
+void run(Arguments& arguments)
+{
+    if (!arguments.info.empty()) {
+        fmt::print("{}\n", describeTlod(arguments.info));
+    } else if (!arguments.check.empty()) {
+        readTlod(arguments.check);
+        fmt::print("{}: sound\n", arguments.check);
+    } else if (!arguments.exported.empty()) {
+        if (arguments.output.empty()) { throw AssetError("where to write is not said: -o FILE.ply"); }
+        writePly(arguments.output, extractSurface(readTlod(arguments.exported), arguments.factor));
+    } else if (!arguments.source.empty()) {
+        bakeToFile(arguments);
+    } else {
+        throw AssetError("nothing to do: name a source, or --info, --check or --export a file (--help tells more)");
+    }
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    Arguments arguments;
+    CLI::App app("Bakes a surface into a .tlod file for osgTessLOD, and tells what is in one.", "osgtesslodbake");
+    declareArguments(app, arguments);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : 1;
+    }
+    try {
+        run(arguments);
+        return 0;
+    } catch (const std::bad_alloc&) {
+        fmt::print(stderr, "osgtesslodbake: out of memory\n");
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "osgtesslodbake: {}\n", error.what());
+    }
+    return 1;
+}

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+#include "TessLODEventHandler.h"
+
+#include <osgViewer/View>
+
+#include <algorithm>
+
+namespace osgTessLOD {
+
+namespace {
+
+// None of these is a key of osgviewer's event handlers or camera manipulators.
+constexpr int kFinerKey = '[';
+constexpr int kCoarserKey = ']';
+constexpr int kFreezeKey = 'x';
+constexpr int kColorKey = 'k';
+constexpr int kCullKey = 'u';
+constexpr int kOverlayKey = 'y';
+
+constexpr double kErrorStep = 1.189207115002721; ///< fourth root of 2
+constexpr double kSmallestError = 1.0 / 64.0;
+constexpr double kLargestError = 1024.0;
+
+const osg::Camera* mainCamera(osgGA::GUIActionAdapter& action)
+{
+    osg::View* view = action.asView();
+    return view ? view->getCamera() : nullptr;
+}
+
+/// Freezes each drawable at the view that its last selection was made for. A drawable that no selection was made for, or
+/// one in an orthographic view, stays as it is.
+void freeze(const std::vector<FrameSelection>& selections, const DrawableList& drawables)
+{
+    for (const osg::ref_ptr<TessLODDrawable>& drawable : drawables) {
+        const auto made = std::find_if(selections.begin(), selections.end(),
+                                       [&](const FrameSelection& entry) { return entry.drawable == drawable.get(); });
+        if (made == selections.end() || made->selection->view().orthographic) { continue; }
+        SelectionOptions options = drawable->getOptions();
+        options.frozen = true;
+        options.frozenEye = made->selection->view().eye;
+        options.frozenPixelScale = made->selection->view().pixelScale;
+        drawable->setOptions(options);
+    }
+}
+
+} // namespace
+
+TessLODEventHandler::TessLODEventHandler(osg::Node* scene, const DrawableList& drawables, bool colorByLevel)
+    : _scene(scene), _drawables(drawables), _totals(drawables), _colorByLevel(colorByLevel)
+{
+}
+
+bool TessLODEventHandler::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& action)
+{
+    if (event.getEventType() == osgGA::GUIEventAdapter::FRAME) { beginFrame(event, action); }
+    if (event.getEventType() != osgGA::GUIEventAdapter::KEYDOWN || event.getHandled()) { return false; }
+    const bool handled = handleKey(event.getKey(), action);
+    if (handled) { action.requestRedraw(); }
+    return handled;
+}
+
+void TessLODEventHandler::beginFrame(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& action)
+{
+    _totals.beginFrame();
+    if (_drawables.empty()) { return; }
+    const osg::Camera* camera = mainCamera(action);
+    const osg::Viewport* viewport = camera ? camera->getViewport() : nullptr;
+    const double width = viewport ? viewport->width() : event.getWindowWidth();
+    const double height = viewport ? viewport->height() : event.getWindowHeight();
+    _overlay.update(SelectionTotals::sum(_totals.lastFrame(camera)), _drawables.front()->getOptions(), width, height);
+}
+
+bool TessLODEventHandler::handleKey(int key, osgGA::GUIActionAdapter& action)
+{
+    const auto scaleError = [this](double scale) {
+        changeOptions(_drawables, [scale](SelectionOptions& options) {
+            options.errorPixels = std::clamp(options.errorPixels * scale, kSmallestError, kLargestError);
+        });
+    };
+    switch (key) {
+    case kFinerKey: scaleError(1.0 / kErrorStep); return true;
+    case kCoarserKey: scaleError(kErrorStep); return true;
+    case kFreezeKey: toggleFrozen(action); return true;
+    case kColorKey:
+        _colorByLevel = !_colorByLevel;
+        if (_scene.valid()) { setColorByLevel(*_scene, _colorByLevel); }
+        return true;
+    case kCullKey:
+        changeOptions(_drawables, [](SelectionOptions& options) { options.cullPatches = !options.cullPatches; });
+        return true;
+    case kOverlayKey: _overlay.camera()->setNodeMask(_overlay.camera()->getNodeMask() ? 0U : ~0U); return true;
+    default: return false;
+    }
+}
+
+void TessLODEventHandler::toggleFrozen(osgGA::GUIActionAdapter& action)
+{
+    const bool anyFrozen = std::any_of(_drawables.begin(), _drawables.end(),
+                                       [](const auto& drawable) { return drawable->getOptions().frozen; });
+    if (anyFrozen) {
+        changeOptions(_drawables, [](SelectionOptions& options) { options.frozen = false; });
+    } else {
+        // Keys are handled before or after the FRAME event of the same frame, so either list may be the newest.
+        const osg::Camera* camera = mainCamera(action);
+        const std::vector<FrameSelection> current = _totals.thisFrame(camera);
+        freeze(current.empty() ? _totals.lastFrame(camera) : current, _drawables);
+    }
+}
+
+void TessLODEventHandler::getUsage(osg::ApplicationUsage& usage) const
+{
+    usage.addKeyboardMouseBinding("[", "Ask for a smaller error on screen");
+    usage.addKeyboardMouseBinding("]", "Ask for a larger error on screen");
+    usage.addKeyboardMouseBinding("x", "Freeze the selection of levels and patches at this view, or let it go on");
+    usage.addKeyboardMouseBinding("k", "Toggle colours by level");
+    usage.addKeyboardMouseBinding("u", "Toggle culling of patches");
+    usage.addKeyboardMouseBinding("y", "Toggle the status line");
+}
+
+} // namespace osgTessLOD

@@ -1,0 +1,59 @@
+#version 420 compatibility
+// SPDX-License-Identifier: MIT
+// Shades the surface as OpenGL's fixed function would, per fragment; both sides are lit.
+// Needs tesslod_normal.glsl and tesslod_lighting.glsl.
+// In: tessLodEyePosition    eye space
+//     tessLodWeights        corner weights in the patch, tessLodFragmentPatch   (with TESSLOD_NORMALS)
+//     tessLodLevel          continuous level                                    (with TESSLOD_COLOR_BY_LEVEL)
+// Out: gl_FragColor
+#pragma import_defines(TESSLOD_NORMALS, TESSLOD_COLOR_BY_LEVEL)
+
+in vec3 tessLodEyePosition;
+#if defined(TESSLOD_NORMALS)
+in vec3 tessLodWeights;
+flat in int tessLodFragmentPatch;
+#endif
+#if defined(TESSLOD_COLOR_BY_LEVEL)
+in float tessLodLevel;
+
+// Colours of levels 0, 1, 2 … : dark blue, blue, cyan, green, yellow, orange, red, magenta, and round again.
+vec3 tessLodLevelColor(int level)
+{
+    const vec3 kColors[8] = vec3[8](vec3(0.15, 0.15, 0.55), vec3(0.20, 0.45, 0.95), vec3(0.25, 0.85, 0.90),
+                                    vec3(0.25, 0.80, 0.30), vec3(0.95, 0.90, 0.25), vec3(0.98, 0.60, 0.15),
+                                    vec3(0.90, 0.20, 0.15), vec3(0.85, 0.30, 0.80));
+    return kColors[level % 8];
+}
+#endif
+
+// Unit, eye space, on the viewer's side.
+vec3 tessLodEyeNormal()
+{
+    // Derivatives first: they are undefined in control flow that neighbouring fragments do not share.
+    vec3 across = dFdx(tessLodEyePosition);
+    vec3 up = dFdy(tessLodEyePosition);
+#if defined(TESSLOD_NORMALS)
+    // A step along an edge by a part d of it changes two weights by d each: length √2 · d.
+    float footprint = 0.70710678 * max(length(dFdx(tessLodWeights)), length(dFdy(tessLodWeights)));
+    vec3 normal = gl_NormalMatrix * tessLodPatchNormal(tessLodFragmentPatch, tessLodWeights, footprint);
+    bool mirrored = determinant(mat3(gl_ModelViewMatrix)) < 0.0; // turns the winding, not the normals
+    return normalize(gl_FrontFacing != mirrored ? normal : -normal);
+#else
+    vec3 normal = cross(across, up); // on the viewer's side, as pixels are ordered there
+    return dot(normal, normal) > 0.0 ? normalize(normal) : vec3(0.0, 0.0, 1.0);
+#endif
+}
+
+void main()
+{
+    vec4 ambient = gl_FrontMaterial.ambient;
+    vec4 diffuse = gl_FrontMaterial.diffuse;
+#if defined(TESSLOD_COLOR_BY_LEVEL)
+    int below = int(tessLodLevel);
+    vec3 levelColor = mix(tessLodLevelColor(below), tessLodLevelColor(below + 1), tessLodLevel - float(below));
+    ambient.rgb = levelColor;
+    diffuse.rgb = levelColor;
+#endif
+    vec4 color = tessLodLitColor(tessLodEyePosition, tessLodEyeNormal(), ambient, diffuse);
+    gl_FragColor = tessLodFoggedColor(color, tessLodEyePosition);
+}

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+// Where a vertex of a patch lies at continuous levels (Lambert §3.2, §3.3). The C++ twins of the same names are in
+// render/MorphedSurface.cpp and give the same bits.
+//
+// Shared text: pasted behind the #version line of the stages that need it, after tesslod_pattern.glsl.
+//
+// Levels are indices into the ladder of factors. A level l = k − 1 + α, 0 < α ≤ 1, is drawn with the pattern of level k,
+// each vertex α of the way from its parent on level k − 1 to its own place. What lies on a border follows the border's
+// level instead, and so depends on the border alone: both its patches give the same bits.
+//
+// In: tessLodVertices    RG32UI, LodVertex low and high word, object lattice offsets and parent index
+//     tessLodPatchTable  R32I, per patch: lattice origin x y z, then per level the index of its first vertex or −1
+//     tessLodStep        object units per lattice unit
+//     tessLodFactors     the ladder, tessLodLevelCount entries
+
+uniform usamplerBuffer tessLodVertices;
+uniform isamplerBuffer tessLodPatchTable;
+uniform float tessLodStep;
+uniform int tessLodLevelCount;
+uniform int tessLodFactors[33];
+
+// A point of the surface: object space, and corner weights in its patch.
+struct TessLodPoint {
+    vec3 position;
+    vec3 weights;
+};
+
+uvec2 tessLodVertexBits(int patchId, int level, int index)
+{
+    int row = patchId * (3 + tessLodLevelCount);
+    return texelFetch(tessLodVertices, texelFetch(tessLodPatchTable, row + 3 + level).r + index).rg;
+}
+
+// Index of the vertex's parent in the pattern of level − 1.
+int tessLodVertexParent(int patchId, int level, int index)
+{
+    return int(tessLodVertexBits(patchId, level, index).y >> 19);
+}
+
+// Lattice offsets are 17 bits each: x in bits 0–16, y 17–33, z 34–50.
+ivec3 tessLodVertexOffset(uvec2 bits)
+{
+    return ivec3(int(bits.x & 0x1FFFFu), int((bits.x >> 17) | ((bits.y & 3u) << 15)), int((bits.y >> 2) & 0x1FFFFu));
+}
+
+// The vertex in its own place.
+TessLodPoint tessLodVertexPoint(int patchId, int level, int index)
+{
+    int row = patchId * (3 + tessLodLevelCount);
+    ivec3 origin = ivec3(texelFetch(tessLodPatchTable, row).r, texelFetch(tessLodPatchTable, row + 1).r,
+                         texelFetch(tessLodPatchTable, row + 2).r);
+    TessLodPoint point;
+    precise vec3 position = vec3(origin + tessLodVertexOffset(tessLodVertexBits(patchId, level, index))) * tessLodStep;
+    point.position = position;
+#if defined(TESSLOD_NORMALS)
+    int factor = tessLodFactors[level];
+    point.weights = vec3(tessLodPatternBarycentric(factor, index)) / float(3 * factor);
+#else
+    point.weights = vec3(0.0);
+#endif
+    return point;
+}
+
+// t of the way from `from` to `to`; exactly `to` at t = 1, which the sum alone would not give.
+TessLodPoint tessLodMix(TessLodPoint from, TessLodPoint to, float t)
+{
+    if (t >= 1.0) { return to; }
+    TessLodPoint point;
+    precise vec3 position = from.position + (to.position - from.position) * t;
+    point.position = position;
+    point.weights = from.weights + (to.weights - from.weights) * t;
+    return point;
+}
+
+// Border vertex `index` of the pattern of `level`, whose border is at continuous level `edgeLevel` ≤ level.
+TessLodPoint tessLodBorderPoint(int patchId, int level, int index, float edgeLevel)
+{
+    int reached = int(ceil(edgeLevel));
+    for (; level > reached; --level) { index = tessLodVertexParent(patchId, level, index); }
+    TessLodPoint own = tessLodVertexPoint(patchId, level, index);
+    float t = edgeLevel - float(level - 1);
+    if (level == 0 || t >= 1.0) { return own; }
+    int parent = tessLodVertexParent(patchId, level, index);
+    return tessLodMix(tessLodVertexPoint(patchId, level - 1, parent), own, t);
+}
+
+// The level of border vertex `index` of a pattern: its side's; corners stay where they are at every level.
+float tessLodBorderLevel(int factor, int index, vec3 edgeLevels)
+{
+    return edgeLevels[index / factor];
+}
+
+// Vertex `index` of the pattern that the patch is drawn with, that of level ⌈largest of edgeLevels⌉.
+TessLodPoint tessLodSurfacePoint(int patchId, vec3 edgeLevels, int index)
+{
+    float patchLevel = max(edgeLevels.x, max(edgeLevels.y, edgeLevels.z));
+    int level = int(ceil(patchLevel));
+    int factor = tessLodFactors[level];
+    if (index < 3 * factor) {
+        return tessLodBorderPoint(patchId, level, index, tessLodBorderLevel(factor, index, edgeLevels));
+    }
+    TessLodPoint own = tessLodVertexPoint(patchId, level, index);
+    float t = patchLevel - float(level - 1);
+    if (level == 0 || t >= 1.0) { return own; }
+    int parent = tessLodVertexParent(patchId, level, index);
+    int parentFactor = tessLodFactors[level - 1];
+    TessLodPoint target;
+    if (parent < 3 * parentFactor) {
+        float borderLevel = min(tessLodBorderLevel(parentFactor, parent, edgeLevels), float(level - 1));
+        target = tessLodBorderPoint(patchId, level - 1, parent, borderLevel);
+    } else {
+        target = tessLodVertexPoint(patchId, level - 1, parent);
+    }
+    return tessLodMix(target, own, t);
+}

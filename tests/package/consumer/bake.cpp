@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT
+#include <osgTessLOD/bake/BuiltinSurface.h>
+
+int main()
+{
+    return osgTessLOD::bake::builtinSurfaceNames().empty() ? 1 : 0;
+}

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT
+#include <osgTessLOD/render/MorphedSurface.h>
+#include <osgTessLOD/render/PatchSelector.h>
+
+#include <asset/SyntheticAsset.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+
+namespace osgTessLOD {
+namespace {
+
+SelectionView viewFrom(const osg::Vec3d& eye, double pixelScale = 1000.0)
+{
+    SelectionView view;
+    view.eye = eye;
+    view.pixelScale = pixelScale;
+    return view;
+}
+
+SelectionOptions asking(double errorPixels)
+{
+    SelectionOptions options;
+    options.errorPixels = errorPixels;
+    return options;
+}
+
+/// Error of every patch at level k: 0.5 / factor². Edges are about 1 from the origin.
+const LodAsset& sphere()
+{
+    static const LodAsset asset = makeSyntheticAsset(16, false);
+    return asset;
+}
+
+TEST(PatchSelector, takesTheLowestLevelThatIsGoodEnough)
+{
+    const PatchSelector selector(sphere());
+    // At distance d, level k's error is 1000 · 0.5 / factor² / d pixels. Asking for just that gives level k.
+    for (std::uint32_t edge = 0; edge < sphere().edges.size(); ++edge) {
+        const SelectionView view = viewFrom({0.0, 0.0, 100.0});
+        for (unsigned k = 0; k < sphere().ladder.size(); ++k) {
+            // Orthographic: no distance to know.
+            SelectionView flat = view;
+            flat.orthographic = true;
+            const double error = 1000.0 * static_cast<double>(sphere().levels[k].errors[0].isotropic);
+            EXPECT_FLOAT_EQ(selector.edgeLevel(edge, flat, asking(error)).level, static_cast<float>(k));
+        }
+    }
+}
+
+TEST(PatchSelector, interpolatesLinearlyInTheError)
+{
+    const PatchSelector selector(sphere());
+    SelectionView view = viewFrom({0.0, 0.0, 0.0}, 1.0);
+    view.orthographic = true;
+    const double coarse = sphere().levels[1].errors[0].isotropic;
+    const double fine = sphere().levels[2].errors[0].isotropic;
+    const auto level = selector.edgeLevel(0, view, asking(0.25 * coarse + 0.75 * fine));
+    EXPECT_NEAR(level.level, 1.75, 1e-6); // Lambert eq. 2.11
+    EXPECT_FALSE(level.saturated);
+}
+
+TEST(PatchSelector, levelsFallWithTheErrorAndTheDistance)
+{
+    const PatchSelector selector(sphere());
+    for (std::uint32_t edge = 0; edge < sphere().edges.size(); ++edge) {
+        float last = std::numeric_limits<float>::max();
+        for (double error = 0.01; error < 1000.0; error *= 1.1) {
+            const float level = selector.edgeLevel(edge, viewFrom({3.0, 2.0, 1.0}), asking(error)).level;
+            EXPECT_LE(level, last);
+            last = level;
+        }
+        EXPECT_EQ(last, 0.0F);
+        last = std::numeric_limits<float>::max();
+        for (double distance = 2.0; distance < 1e5; distance *= 1.1) {
+            const float level =
+                selector.edgeLevel(edge, viewFrom(osg::Vec3d(3.0, 2.0, 1.0) * distance), asking(1.0)).level;
+            EXPECT_LE(level, last);
+            last = level;
+        }
+        EXPECT_EQ(last, 0.0F);
+    }
+}
+
+TEST(PatchSelector, levelsAreContinuousEvenWhereErrorsAreEqual)
+{
+    LodAsset asset = makeSyntheticAsset(16, false);
+    asset.levels[1].errors = asset.levels[0].errors;
+    asset.levels[3].errors = asset.levels[2].errors;
+    for (LevelError& error : asset.levels[4].errors) { error = LevelError(); } // exact
+    const PatchSelector selector(asset);
+    SelectionView view = viewFrom({}, 1.0);
+    view.orthographic = true;
+    float last = selector.edgeLevel(0, view, asking(1e-3)).level;
+    for (double error = 1e-3; error < 1.0; error += 1e-5) {
+        const float level = selector.edgeLevel(0, view, asking(error)).level;
+        // The steepest piece runs through one level within a tenth of the finer error, 0.03: 1e-5 is 0.0033 levels.
+        EXPECT_NEAR(level, last, 0.01) << error;
+        last = level;
+    }
+    EXPECT_EQ(last, 0.0F);
+}
+
+TEST(PatchSelector, exactLevelsNeedNothingFiner)
+{
+    LodAsset asset = makeSyntheticAsset(16, false);
+    for (std::size_t k = 1; k < asset.levels.size(); ++k) {
+        for (LevelError& error : asset.levels[k].errors) { error = LevelError(); }
+    }
+    const PatchSelector selector(asset);
+    const auto demanding = selector.edgeLevel(0, viewFrom({2.0, 0.0, 0.0}), asking(1e-9));
+    EXPECT_NEAR(demanding.level, 1.0, 1e-6);
+    EXPECT_FALSE(demanding.saturated);
+    for (LevelError& error : asset.levels[0].errors) { error = LevelError(); }
+    EXPECT_EQ(PatchSelector(asset).edgeLevel(0, viewFrom({2.0, 0.0, 0.0}), asking(0.0)).level, 0.0F);
+}
+
+TEST(PatchSelector, countsSaturatedPatches)
+{
+    const PatchSelector selector(sphere());
+    const auto enough = selector.select(viewFrom({100.0, 0.0, 0.0}), asking(1.0), {});
+    EXPECT_EQ(enough.statistics.saturatedPatches, 0U);
+    const auto tooFew = selector.select(viewFrom({3.0, 0.0, 0.0}), asking(1e-6), {});
+    EXPECT_EQ(tooFew.statistics.saturatedPatches, 8U);
+    EXPECT_EQ(tooFew.statistics.triangles, 8U * 384U);
+    EXPECT_EQ(tooFew.statistics.patchesByLevel, (std::vector<std::uint64_t>{0, 0, 0, 0, 8}));
+}
+
+TEST(PatchSelector, maxFactorCapsAndSaturates)
+{
+    const PatchSelector selector(sphere());
+    for (unsigned maxFactor : {0U, 1U, 3U, 4U, 64U}) {
+        SelectionOptions options = asking(1e-6);
+        options.maxFactor = maxFactor;
+        const auto result = selector.select(viewFrom({3.0, 0.0, 0.0}), options, {});
+        const float expected = maxFactor < 2 ? 0.0F : maxFactor < 4 ? 1.0F : maxFactor == 4 ? 2.0F : 4.0F;
+        for (const PatchRecord& record : result.records) { EXPECT_EQ(record.edgeLevels[0], expected); }
+        EXPECT_EQ(result.statistics.saturatedPatches, 8U);
+    }
+}
+
+TEST(PatchSelector, neverExceedsAnEdgesFinestLevel)
+{
+    const LodAsset asset = makeSyntheticMixedAsset(16);
+    const PatchSelector selector(asset);
+    for (const PatchRecord& record : selector.select(viewFrom({2.0, 0.0, 0.0}), asking(1e-6), {}).records) {
+        for (std::size_t side = 0; side < 3; ++side) {
+            EXPECT_EQ(record.edgeLevels[side], asset.edges[asset.patches[record.patch].edges[side]].finestLevel);
+        }
+    }
+}
+
+TEST(PatchSelector, anOrthographicViewDoesNotCareWhereTheEyeIs)
+{
+    const PatchSelector selector(sphere());
+    SelectionView near = viewFrom({1.0, 0.0, 0.0}, 100.0);
+    SelectionView far = viewFrom({1e6, 0.0, 0.0}, 100.0);
+    near.orthographic = true;
+    far.orthographic = true;
+    for (std::uint32_t edge = 0; edge < sphere().edges.size(); ++edge) {
+        EXPECT_EQ(selector.edgeLevel(edge, near, asking(2.0)).level, selector.edgeLevel(edge, far, asking(2.0)).level);
+    }
+}
+
+TEST(PatchSelector, strangeViewsGiveFiniteLevels)
+{
+    const PatchSelector selector(sphere());
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    for (double eye : {0.0, 1.0, 1e-30, 1e30, 1e200, kInfinity, kNan}) {
+        for (double scale : {0.0, 1e-300, 1.0, 1e300, kInfinity, kNan}) {
+            for (double error : {-1.0, 0.0, 1.0, 1e300, kInfinity, kNan}) {
+                const auto result = selector.select(viewFrom({eye, 0.0, 0.0}, scale), asking(error), {});
+                ASSERT_EQ(result.records.size(), 8U);
+                for (const PatchRecord& record : result.records) {
+                    for (float level : record.edgeLevels) {
+                        EXPECT_GE(level, 0.0F);
+                        EXPECT_LE(level, 4.0F);
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(PatchSelector, withoutAViewportEverythingIsAtLevelZero)
+{
+    const auto result = PatchSelector(sphere()).select(viewFrom({2.0, 0.0, 0.0}, 0.0), asking(1.0), {});
+    EXPECT_EQ(result.statistics.patchesByLevel, (std::vector<std::uint64_t>{8, 0, 0, 0, 0}));
+}
+
+TEST(PatchSelector, theEyeOnAnEdgesCentreIsSafe)
+{
+    // The middle of the border between base vertices (1,0,0) and (0,1,0), approached and reached.
+    const PatchSelector selector(sphere());
+    const MorphedSurface surface(sphere());
+    const auto center = surface.tessLodSurfacePoint(0, {4.0F, 4.0F, 4.0F}, 8);
+    const auto level =
+        selector.edgeLevel(sphere().patches[0].edges[0], viewFrom({center[0], center[1], center[2]}), asking(1.0));
+    EXPECT_EQ(level.level, 4.0F);
+    EXPECT_TRUE(level.saturated);
+}
+
+TEST(PatchSelector, cullsWhatIsOutsideAndLeavesLevelsAlone)
+{
+    const PatchSelector selector(sphere());
+    const SelectionView view = viewFrom({4.0, 3.0, 2.0});
+    const auto all = selector.select(view, asking(2.0), {});
+    std::map<std::uint32_t, std::array<float, 3>> levels;
+    for (const PatchRecord& record : all.records) { levels[record.patch] = record.edgeLevels; }
+
+    // x ≥ 0.6, not of unit length: keeps the patches of corner (1,0,0) only.
+    const std::vector<osg::Plane> frustum{osg::Plane(10.0, 0.0, 0.0, -6.0)};
+    const auto part = selector.select(view, asking(2.0), frustum);
+    EXPECT_GE(part.records.size(), 4U);
+    EXPECT_LT(part.records.size(), 8U);
+    EXPECT_EQ(part.statistics.patches, part.records.size());
+    EXPECT_EQ(part.statistics.culledPatches, 8 - part.records.size());
+    for (const PatchRecord& record : part.records) {
+        EXPECT_EQ(record.edgeLevels, levels[record.patch]);
+        levels.erase(record.patch);
+    }
+    for (const auto& [patch, unused] : levels) {
+        const LodPatch& culled = sphere().patches[patch];
+        EXPECT_LT(culled.boundCenter[0] + culled.boundRadius, 0.6F);
+    }
+
+    SelectionOptions keepAll = asking(2.0);
+    keepAll.cullPatches = false;
+    EXPECT_EQ(selector.select(view, keepAll, frustum).records.size(), 8U);
+}
+
+TEST(PatchSelector, groupsRecordsByLevel)
+{
+    const auto result = PatchSelector(sphere()).select(viewFrom({1.3, 0.2, 0.1}), asking(30.0), {});
+    unsigned last = 0;
+    for (const PatchRecord& record : result.records) {
+        const unsigned level = MorphedSurface::drawnLevel(record.edgeLevels);
+        EXPECT_GE(level, last);
+        last = level;
+    }
+    EXPECT_GT(last, MorphedSurface::drawnLevel(result.records.front().edgeLevels)); // a view of several levels
+}
+
+TEST(MorphedSurface, borderLevelsReachTheirLimits)
+{
+    const MorphedSurface surface(sphere());
+    for (std::uint32_t patch = 0; patch < 8; ++patch) {
+        // A level just above k is k's surface: each vertex at its parent.
+        const float justAbove = std::nextafter(2.0F, 3.0F);
+        const std::uint32_t fineCount = TessellationPattern::vertexCount(8);
+        const std::uint32_t slot = sphere().levelSlots(3)[patch];
+        for (std::uint32_t v = 0; v < fineCount; ++v) {
+            const std::uint32_t parent = sphere().levels[3].vertices[slot * fineCount + v].parent();
+            const auto fine = surface.tessLodSurfacePoint(patch, {justAbove, justAbove, justAbove}, v);
+            const auto coarse = surface.tessLodSurfacePoint(patch, {2.0F, 2.0F, 2.0F}, parent);
+            for (std::size_t k = 0; k < 3; ++k) { EXPECT_NEAR(fine[k], coarse[k], 1e-6); }
+        }
+    }
+}
+
+} // namespace
+} // namespace osgTessLOD

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: MIT
+// Whole frames through osgViewer.
+#include <render/GlTest.h>
+#include <render/ViewerTest.h>
+
+#include <asset/SyntheticAsset.h>
+
+#include <osgTessLOD/render/TessLODDrawable.h>
+
+#include <osg/Fog>
+#include <osg/Material>
+#include <osg/MatrixTransform>
+#include <osg/PolygonMode>
+#include <osg/ShapeDrawable>
+#include <osg/Texture2D>
+
+#include <array>
+#include <cmath>
+#include <random>
+
+namespace osgTessLOD {
+namespace {
+
+constexpr int kSize = 200;
+using Pixel = std::array<int, 3>;
+
+class Rendering : public testing::Test {
+protected:
+    void SetUp() override
+    {
+        viewer.setThreadingModel(osgViewer::Viewer::SingleThreaded);
+        viewer.setRealizeOperation(nullptr);
+        setUpHeadless(camera(), kSize, kSize);
+        camera().setName("main");
+        camera().setClearColor(osg::Vec4(0.0F, 0.0F, 1.0F, 1.0F));
+        camera().setFinalDrawCallback(snapshot.get());
+        lookFrom({5.0, 0.0, 0.0});
+        drawable->setSelectionObserver(observer.get());
+        root->addChild(drawable.get());
+        viewer.setSceneData(root.get());
+        viewer.realize();
+    }
+    void TearDown() override { EXPECT_EQ(warnings.text(), ""); }
+
+    osg::Camera& camera() { return *viewer.getCamera(); }
+    void lookFrom(const osg::Vec3d& eye)
+    {
+        camera().setViewMatrixAsLookAt(eye, osg::Vec3d(), osg::Vec3d(0.0, 0.1, 1.0));
+    }
+    void ask(double errorPixels)
+    {
+        SelectionOptions options = drawable->getOptions();
+        options.errorPixels = errorPixels;
+        drawable->setOptions(options);
+    }
+    void frame() { viewer.renderingTraversals(); }
+    Pixel pixel(int x, int y) const
+    {
+        const unsigned char* p = snapshot->image().data(static_cast<unsigned>(x), static_cast<unsigned>(y));
+        return {p[0], p[1], p[2]};
+    }
+    static bool isBackground(const Pixel& p) { return p == Pixel{0, 0, 255}; }
+    SelectionView selectedView(const std::string& cameraName)
+    {
+        SelectionView view;
+        for (const auto& entry : observer->take()) {
+            if (entry.camera == cameraName) { view = entry.selection->view(); }
+        }
+        return view;
+    }
+
+    WarningCollector warnings;
+    osg::ref_ptr<TessLODDrawable> drawable =
+        new TessLODDrawable(std::make_shared<const LodAsset>(makeSyntheticAsset(32, true)));
+    osg::ref_ptr<RecordingObserver> observer = new RecordingObserver;
+    osg::ref_ptr<Snapshot> snapshot = new Snapshot;
+    osg::ref_ptr<osg::Group> root = new osg::Group;
+    osgViewer::Viewer viewer;
+};
+
+TEST_F(Rendering, noBackgroundShinesThrough)
+{
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    for (int k = 0; k < 30; ++k) {
+        osg::Vec3d eye(normal(random), normal(random), normal(random));
+        eye.normalize();
+        lookFrom(eye * (k % 3 == 0 ? 4.5 : 3.0 + k % 3)); // the nearest views do not see all of it
+        ask(std::exp(std::uniform_real_distribution<double>(-1.0, 4.0)(random)));
+        frame();
+        int covered = 0;
+        for (int y = 0; y < kSize;
+             ++y) { // the silhouette of a nearly round body: one run per row, but for its very ends
+            int runs = 0;
+            for (int x = 0; x < kSize; ++x) {
+                const bool inside = !isBackground(pixel(x, y));
+                runs += inside && (x == 0 || isBackground(pixel(x - 1, y))) ? 1 : 0;
+                covered += inside ? 1 : 0;
+            }
+            if (y > kSize / 4 && y < 3 * kSize / 4) { EXPECT_EQ(runs, 1) << "row " << y << " of view " << k; }
+        }
+        EXPECT_GT(covered, kSize * kSize / 10);
+    }
+}
+
+TEST_F(Rendering, isLitAsFixedFunctionGeometryIs)
+{
+    // A smooth sphere of the same size beside it, drawn by OSG: the same material and light give about the same colour.
+    const osg::ref_ptr<osg::Material> material = new osg::Material;
+    material->setDiffuse(osg::Material::FRONT_AND_BACK, osg::Vec4(0.9F, 0.5F, 0.2F, 1.0F));
+    material->setAmbient(osg::Material::FRONT_AND_BACK, osg::Vec4(0.1F, 0.4F, 0.2F, 1.0F));
+    root->getOrCreateStateSet()->setAttributeAndModes(material.get(),
+                                                      osg::StateAttribute::OVERRIDE | osg::StateAttribute::ON);
+    const osg::ref_ptr<osg::ShapeDrawable> sphere = new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 1.0F));
+    root->addChild(sphere.get());
+    const auto center = [this](unsigned shown) {
+        root->getChild(0)->setNodeMask(shown == 0 ? ~0U : 0U);
+        root->getChild(1)->setNodeMask(shown == 1 ? ~0U : 0U);
+        frame();
+        return pixel(kSize / 2, kSize / 2);
+    };
+    for (const bool lighting : {true, false}) {
+        root->getStateSet()->setMode(GL_LIGHTING, (lighting ? osg::StateAttribute::ON : osg::StateAttribute::OFF) |
+                                                      osg::StateAttribute::OVERRIDE);
+        const Pixel ours = center(0);
+        if (!lighting) {
+            EXPECT_EQ(ours, (Pixel{230, 128, 51})); // the diffuse colour as it is
+            continue;
+        }
+        const Pixel theirs = center(1);
+        for (std::size_t k = 0; k < 3; ++k) { EXPECT_NEAR(ours[k], theirs[k], 25); }
+        EXPECT_GT(ours[0], ours[1]);
+        EXPECT_GT(ours[1], ours[2]);
+    }
+}
+
+TEST_F(Rendering, showsLevelsAsColours)
+{
+    root->getOrCreateStateSet()->setMode(GL_LIGHTING, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
+    frame();
+    const Pixel plain = pixel(kSize / 2, kSize / 2);
+    EXPECT_EQ(plain[0], plain[2]); // grey
+    root->getStateSet()->setDefine("TESSLOD_COLOR_BY_LEVEL");
+    ask(1e-6); // level 5 everywhere
+    frame();
+    const Pixel finest = pixel(kSize / 2, kSize / 2);
+    EXPECT_NEAR(finest[0], 0.98 * 255, 2);
+    EXPECT_NEAR(finest[1], 0.60 * 255, 2);
+    EXPECT_NEAR(finest[2], 0.15 * 255, 2);
+    ask(1e6); // level 0
+    frame();
+    EXPECT_NEAR(pixel(kSize / 2, kSize / 2)[2], 0.55 * 255, 2);
+}
+
+TEST_F(Rendering, wireframeLeavesGaps)
+{
+    root->getOrCreateStateSet()->setAttribute(
+        new osg::PolygonMode(osg::PolygonMode::FRONT_AND_BACK, osg::PolygonMode::LINE), osg::StateAttribute::OVERRIDE);
+    ask(50.0);
+    frame();
+    int covered = 0;
+    for (int x = 0; x < kSize; ++x) { covered += isBackground(pixel(x, kSize / 2)) ? 0 : 1; }
+    EXPECT_GT(covered, 2);
+    EXPECT_LT(covered, kSize / 3);
+}
+
+TEST_F(Rendering, fogHidesIt)
+{
+    const osg::ref_ptr<osg::Fog> fog = new osg::Fog;
+    fog->setMode(osg::Fog::LINEAR);
+    fog->setStart(0.0F);
+    fog->setEnd(1.0F); // all of it is farther
+    fog->setColor(osg::Vec4(0.0F, 1.0F, 0.0F, 1.0F));
+    root->getOrCreateStateSet()->setAttributeAndModes(fog.get());
+    frame();
+    EXPECT_EQ(pixel(kSize / 2, kSize / 2), (Pixel{0, 255, 0}));
+}
+
+TEST_F(Rendering, livesBesideOtherGeometry)
+{
+    // Geometry leaves vertex arrays enabled and buffers bound; ours must neither suffer nor leave anything behind.
+    const osg::ref_ptr<osg::MatrixTransform> aside = new osg::MatrixTransform(osg::Matrix::translate(0.0, 1.2, 0.0));
+    const osg::ref_ptr<osg::ShapeDrawable> sphere = new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 0.3F));
+    sphere->setUseDisplayList(false);
+    sphere->setUseVertexBufferObjects(true);
+    aside->addChild(sphere.get());
+    root->addChild(aside.get());
+    root->addChild(osg::clone(drawable.get(), osg::CopyOp::SHALLOW_COPY));
+    for (int order = 0; order < 2; ++order) {
+        sphere->getOrCreateStateSet()->setRenderBinDetails(order == 0 ? -1 : 1, "RenderBin");
+        for (int k = 0; k < 3; ++k) { frame(); }
+        EXPECT_FALSE(isBackground(pixel(kSize / 2, kSize / 2)));
+    }
+}
+
+TEST_F(Rendering, emptyViewportsAndViewsFromInsideAreSafe)
+{
+    for (const osg::Vec3d& eye : {osg::Vec3d(0.01, 0.0, 0.0), osg::Vec3d(0.99, 0.0, 0.0), osg::Vec3d(1e6, 0.0, 0.0)}) {
+        lookFrom(eye);
+        frame();
+    }
+    camera().setViewport(0, 0, 0, 0);
+    camera().setFinalDrawCallback(nullptr);
+    observer->take();
+    frame();
+    for (const auto& entry : observer->take()) {
+        EXPECT_EQ(entry.selection->view().pixelScale, 0.0);
+        EXPECT_EQ(entry.selection->statistics().triangles, entry.selection->statistics().patches);
+    }
+}
+
+TEST_F(Rendering, pixelScaleIsWhatTheProjectionMagnifies)
+{
+    frame();
+    const SelectionView view = selectedView("main");
+    EXPECT_FALSE(view.orthographic);
+    // A unit at distance 5, seen under the whole projection.
+    const double expected = kSize / 2.0 / std::tan(osg::DegreesToRadians(15.0));
+    EXPECT_NEAR(view.pixelScale, expected, 1e-6 * expected);
+    EXPECT_NEAR((view.eye - osg::Vec3d(5.0, 0.0, 0.0)).length(), 0.0, 1e-5);
+
+    camera().setLODScale(2.0F);
+    frame();
+    EXPECT_NEAR(selectedView("main").pixelScale, expected / 2.0, 1e-6 * expected);
+    camera().setLODScale(1.0F);
+
+    const osg::ref_ptr<osg::MatrixTransform> scaled = new osg::MatrixTransform(osg::Matrix::scale(3.0, 3.0, 3.0));
+    root->removeChild(drawable.get());
+    root->addChild(scaled.get());
+    scaled->addChild(drawable.get());
+    camera().setProjectionMatrixAsOrtho(-10.0, 10.0, -10.0, 10.0, -50.0, 50.0);
+    frame();
+    const SelectionView flat = selectedView("main");
+    EXPECT_TRUE(flat.orthographic);
+    EXPECT_NEAR(flat.pixelScale, 3.0 * kSize / 20.0, 1e-6);
+}
+
+TEST_F(Rendering, frozenSelectionsIgnoreTheCamera)
+{
+    SelectionOptions options;
+    options.frozen = true;
+    options.frozenEye = osg::Vec3d(0.0, 7.0, 0.0);
+    options.frozenPixelScale = 321.0;
+    drawable->setOptions(options);
+    frame();
+    const SelectionView view = selectedView("main");
+    EXPECT_EQ(view.eye, options.frozenEye);
+    EXPECT_EQ(view.pixelScale, 321.0);
+}
+
+/// A camera that renders the scene into a texture.
+osg::ref_ptr<osg::Camera> makeTextureCamera(osg::Node* scene, int size)
+{
+    const osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D;
+    texture->setTextureSize(size, size);
+    texture->setInternalFormat(GL_RGBA);
+    const osg::ref_ptr<osg::Camera> result = new osg::Camera;
+    result->setName("texture");
+    result->setRenderOrder(osg::Camera::PRE_RENDER);
+    result->setRenderTargetImplementation(osg::Camera::FRAME_BUFFER_OBJECT);
+    result->attach(osg::Camera::COLOR_BUFFER, texture.get());
+    result->setViewport(0, 0, size, size);
+    result->setProjectionMatrixAsOrtho(-2.0, 2.0, -2.0, 2.0, 0.1, 100.0);
+    result->setViewMatrixAsLookAt(osg::Vec3d(0.0, 0.0, 10.0), osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
+    result->addChild(scene);
+    return result;
+}
+
+TEST_F(Rendering, camerasThatInheritTheViewpointSelectWhatTheMainViewSelects)
+{
+    const osg::ref_ptr<osg::Camera> texture = makeTextureCamera(drawable.get(), 64);
+    root->addChild(texture.get());
+    for (const bool inherits : {false, true}) {
+        texture->setReferenceFrame(inherits ? osg::Transform::ABSOLUTE_RF_INHERIT_VIEWPOINT
+                                            : osg::Transform::ABSOLUTE_RF);
+        observer->take();
+        frame();
+        std::map<std::string, RecordingObserver::Entry> byCamera;
+        for (const auto& entry : observer->take()) { byCamera[entry.camera] = entry; }
+        ASSERT_EQ(byCamera.size(), 2U);
+        const SelectionView main = byCamera["main"].selection->view();
+        const SelectionView other = byCamera["texture"].selection->view();
+        EXPECT_EQ(other.orthographic, !inherits);
+        if (!inherits) { continue; }
+        EXPECT_NEAR((other.eye - main.eye).length(), 0.0, 1e-4);
+        EXPECT_EQ(other.pixelScale, main.pixelScale);
+        EXPECT_TRUE(byCamera["main"].localToWorld.isIdentity());
+    }
+}
+
+} // namespace
+} // namespace osgTessLOD

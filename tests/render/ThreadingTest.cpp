@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// Selections made in cull traversals while earlier ones are being drawn: under every threading model, with two contexts,
+// a texture camera and several parents.
+#include <render/GlTest.h>
+#include <render/ViewerTest.h>
+
+#include <asset/SyntheticAsset.h>
+
+#include <osgTessLOD/render/TessLODDrawable.h>
+
+#include <osg/MatrixTransform>
+#include <osg/Texture2D>
+#include <osgUtil/UpdateVisitor>
+
+#include <cmath>
+#include <cstring>
+
+namespace osgTessLOD {
+namespace {
+
+constexpr int kParents = 6;
+constexpr int kFrames = 60;
+
+osg::ref_ptr<osg::Camera> makeTextureCamera(osg::Node* scene)
+{
+    const osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D;
+    texture->setTextureSize(64, 64);
+    texture->setInternalFormat(GL_RGBA);
+    const osg::ref_ptr<osg::Camera> camera = new osg::Camera;
+    camera->setName("texture");
+    camera->setRenderOrder(osg::Camera::PRE_RENDER);
+    camera->setRenderTargetImplementation(osg::Camera::FRAME_BUFFER_OBJECT);
+    camera->attach(osg::Camera::COLOR_BUFFER, texture.get());
+    camera->setReferenceFrame(osg::Transform::ABSOLUTE_RF_INHERIT_VIEWPOINT);
+    camera->setViewport(0, 0, 64, 64);
+    camera->setProjectionMatrixAsPerspective(60.0, 1.0, 0.1, 100.0);
+    camera->setViewMatrixAsLookAt(osg::Vec3d(0.0, 0.0, 12.0), osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
+    camera->addChild(scene);
+    return camera;
+}
+
+class Threading : public testing::TestWithParam<osgViewer::ViewerBase::ThreadingModel> {};
+
+TEST_P(Threading, selectionsStayAsTheyWereMade)
+{
+    const WarningCollector warnings;
+    const osg::ref_ptr<TessLODDrawable> drawable =
+        new TessLODDrawable(std::make_shared<const LodAsset>(makeSyntheticAsset(16, true)));
+    const osg::ref_ptr<RecordingObserver> observer = new RecordingObserver;
+    drawable->setSelectionObserver(observer.get());
+    const osg::ref_ptr<osg::Group> scene = new osg::Group;
+    for (int k = 0; k < kParents; ++k) {
+        const osg::ref_ptr<osg::MatrixTransform> parent =
+            new osg::MatrixTransform(osg::Matrix::translate(2.5 * (k % 3) - 2.5, 2.5 * (k / 3) - 1.25, 0.0));
+        parent->addChild(drawable.get());
+        scene->addChild(parent.get());
+    }
+    const osg::ref_ptr<osg::Group> root = new osg::Group;
+    root->addChild(scene.get());
+    root->addChild(makeTextureCamera(scene.get()).get());
+
+    std::vector<RecordingObserver::Entry> entries;
+    {
+        osgViewer::Viewer viewer;
+        viewer.setThreadingModel(GetParam());
+        for (const double turn : {0.0, 90.0}) {
+            const osg::ref_ptr<osg::Camera> camera = new osg::Camera;
+            setUpHeadless(*camera, 96, 64);
+            viewer.addSlave(camera.get(), osg::Matrix(),
+                            osg::Matrix::rotate(osg::DegreesToRadians(turn), 0.0, 1.0, 0.0));
+        }
+        viewer.getCamera()->setProjectionMatrixAsPerspective(45.0, 1.5, 0.1, 100.0);
+        viewer.setSceneData(root.get());
+        viewer.realize();
+        for (int frame = 0; frame < kFrames; ++frame) {
+            const double t = 0.1 * frame;
+            viewer.getCamera()->setViewMatrixAsLookAt(osg::Vec3d(10.0 * std::cos(t), 3.0, 10.0 * std::sin(t)),
+                                                      osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
+            SelectionOptions options;
+            options.errorPixels = std::exp(2.0 * std::sin(3.0 * t));
+            drawable->setOptions(options);
+            viewer.frame();
+            for (auto& entry : observer->take()) { entries.push_back(std::move(entry)); }
+        }
+        viewer.stopThreading();
+    }
+    EXPECT_EQ(warnings.text(), "");
+    EXPECT_GE(entries.size(), static_cast<std::size_t>(kFrames * kParents * 2));
+    for (const RecordingObserver::Entry& entry : entries) {
+        const std::vector<PatchRecord>& now = entry.selection->records();
+        ASSERT_EQ(now.size(), entry.records.size());
+        ASSERT_EQ(std::memcmp(now.data(), entry.records.data(), now.size() * sizeof(PatchRecord)), 0);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryModel, Threading,
+                         testing::Values(osgViewer::ViewerBase::SingleThreaded,
+                                         osgViewer::ViewerBase::CullDrawThreadPerContext,
+                                         osgViewer::ViewerBase::DrawThreadPerContext,
+                                         osgViewer::ViewerBase::CullThreadPerCameraDrawThreadPerContext));
+
+} // namespace
+} // namespace osgTessLOD

@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: MIT
+// The viewer as a program: what it writes and how it ends, with no display.
+#include <asset/SyntheticAsset.h>
+#include <asset/TemporaryDirectory.h>
+#include <viewer/FileBytes.h>
+
+#include <osgTessLOD/asset/TlodFile.h>
+#include <osgTessLOD/asset/TessellationPattern.h>
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <osg/Image>
+#include <osg/Matrixd>
+#include <osgDB/ReadFile>
+
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <sstream>
+
+namespace osgTessLOD {
+namespace {
+
+struct Outcome {
+    int status;
+    std::string output;
+};
+
+/// The viewer with these arguments, quoted for the shell where they need it, and without a display.
+Outcome runViewer(const TemporaryDirectory& folder, const std::string& arguments, const std::string& environment = "")
+{
+    const std::string log = folder.file("viewer.log");
+    const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY -u OSG_LIBRARY_PATH " + environment + " "
+                                + std::string(OSGTESSLOD_VIEWER) + " " + arguments + " > '" + log + "' 2>&1";
+    const int status = std::system(command.c_str());
+    Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, readBytes(log)};
+    std::filesystem::remove(log);
+    return outcome;
+}
+
+nlohmann::json readJson(const std::string& path)
+{
+    return nlohmann::json::parse(readBytes(path));
+}
+
+/// Faces of a binary PLY of float or double coordinates, and how many vertices it has.
+struct Ply {
+    std::size_t vertices = 0;
+    std::vector<std::array<std::uint32_t, 3>> faces;
+    std::vector<std::array<double, 3>> positions;
+};
+
+Ply readPly(const std::string& path)
+{
+    const std::string bytes = readBytes(path);
+    const std::string end = "end_header\n";
+    const std::size_t headerSize = bytes.find(end) + end.size();
+    std::istringstream header(bytes.substr(0, headerSize));
+    Ply ply;
+    std::size_t faces = 0;
+    bool isDouble = false;
+    for (std::string line; std::getline(header, line);) {
+        std::sscanf(line.c_str(), "element vertex %zu", &ply.vertices);
+        std::sscanf(line.c_str(), "element face %zu", &faces);
+        isDouble = isDouble || line.find("property double x") == 0;
+    }
+    const char* at = bytes.data() + headerSize;
+    EXPECT_EQ(bytes.size(), headerSize + ply.vertices * (isDouble ? 24 : 12) + faces * 13);
+    for (std::size_t v = 0; v < ply.vertices; ++v) {
+        std::array<double, 3> position{};
+        for (double& coordinate : position) {
+            float single = 0.0F;
+            std::memcpy(isDouble ? static_cast<void*>(&coordinate) : &single, at, isDouble ? 8 : 4);
+            if (!isDouble) { coordinate = static_cast<double>(single); }
+            at += isDouble ? 8 : 4;
+        }
+        ply.positions.push_back(position);
+    }
+    for (std::size_t f = 0; f < faces; ++f) {
+        EXPECT_EQ(*at, 3);
+        std::array<std::uint32_t, 3> face{};
+        std::memcpy(face.data(), at + 1, 12);
+        ply.faces.push_back(face);
+        at += 13;
+    }
+    return ply;
+}
+
+/// Directed edges that no face runs the other way, counted with multiplicity: 0 for a closed, consistently oriented
+/// surface.
+std::size_t openEdges(const Ply& ply)
+{
+    std::map<std::pair<std::uint32_t, std::uint32_t>, long> balance;
+    for (const auto& face : ply.faces) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = face[k];
+            const std::uint32_t b = face[(k + 1) % 3];
+            balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+        }
+    }
+    std::size_t open = 0;
+    for (const auto& [edge, sum] : balance) { open += static_cast<std::size_t>(std::labs(sum)); }
+    return open;
+}
+
+std::size_t colorCount(const osg::Image& image)
+{
+    std::map<std::array<float, 3>, int> colors;
+    for (int y = 0; y < image.t(); ++y) {
+        for (int x = 0; x < image.s(); ++x) {
+            const osg::Vec4 color = image.getColor(static_cast<unsigned>(x), static_cast<unsigned>(y));
+            ++colors[{color.r(), color.g(), color.b()}];
+        }
+    }
+    return colors.size();
+}
+
+class Viewer : public testing::Test {
+protected:
+    Viewer() { writeTlod(model(), makeSyntheticAsset(16, true)); }
+
+    std::string model() const { return folder.file("x.tlod"); }
+    Outcome run(const std::string& arguments) const { return runViewer(folder, arguments); }
+
+    TemporaryDirectory folder;
+};
+
+TEST_F(Viewer, HeadlessWritesAPicture)
+{
+    const Outcome outcome = run("--headless --size 160x120 --screenshot " + folder.file("p.png") + " " + model());
+    ASSERT_EQ(outcome.status, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("triangles"), std::string::npos) << outcome.output;
+    const osg::ref_ptr<osg::Image> image = osgDB::readRefImageFile(folder.file("p.png"));
+    ASSERT_TRUE(image);
+    EXPECT_EQ(image->s(), 160);
+    EXPECT_EQ(image->t(), 120);
+    EXPECT_EQ(image->getColor(80U, 60U).a(), 1.0F);
+    EXPECT_GT(colorCount(*image), 16U);
+    EXPECT_NE(image->getColor(80U, 60U), image->getColor(0U, 0U)) << "the model is not in the middle";
+    EXPECT_EQ(folder.entryCount(), 2U) << "something else was left behind";
+}
+
+TEST_F(Viewer, HeadlessCapturesAClosedSurface)
+{
+    for (const char* error : {"0.5", "3.7", "40"}) {
+        const Outcome outcome = run("--headless --no-cull --size 400x300 --error-pixels " + std::string(error) + " --capture "
+                                    + folder.file("c.ply") + " --stats " + folder.file("s.json") + " " + model());
+        ASSERT_EQ(outcome.status, 0) << outcome.output;
+        const Ply ply = readPly(folder.file("c.ply"));
+        EXPECT_GE(ply.faces.size(), 8U);
+        EXPECT_EQ(openEdges(ply), 0U) << "error " << error;
+        for (const auto& face : ply.faces) {
+            for (const std::uint32_t vertex : face) { ASSERT_LT(vertex, ply.vertices); }
+        }
+
+        const nlohmann::json stats = readJson(folder.file("s.json"));
+        EXPECT_EQ(stats["capture"]["triangles"], stats["triangles"]) << "announced, and captured from the GPU";
+        EXPECT_EQ(stats["capture"]["faces"], ply.faces.size());
+        EXPECT_EQ(stats["capture"]["vertices"], ply.vertices);
+        EXPECT_EQ(stats["capture"]["faces"].get<std::size_t>() + stats["capture"]["degenerateTriangles"].get<std::size_t>(),
+                  stats["triangles"].get<std::size_t>());
+    }
+}
+
+TEST_F(Viewer, HeadlessStatisticsAgreeWithThemselves)
+{
+    const Outcome outcome = run("--headless --no-cull --size 320x200 --fov 40 --frames 3 --error-pixels 2.5"
+                                " --camera 0,-5,0,0,0,0,0,0,1 --stats " + folder.file("s.json") + " " + model());
+    ASSERT_EQ(outcome.status, 0) << outcome.output;
+    const nlohmann::json stats = readJson(folder.file("s.json"));
+
+    EXPECT_EQ(stats["viewport"]["width"], 320);
+    EXPECT_EQ(stats["viewport"]["height"], 200);
+    EXPECT_EQ(stats["errorPixels"], 2.5);
+    EXPECT_EQ(stats["patchesDrawn"], 8);
+    EXPECT_EQ(stats["patchesCulled"], 0);
+    EXPECT_LE(stats["patchesSaturated"], 8);
+    std::size_t patches = 0;
+    std::size_t triangles = 0;
+    for (const auto& [factor, count] : stats["patchesByFactor"].items()) {
+        patches += count.get<std::size_t>();
+        triangles += count.get<std::size_t>() * TessellationPattern::triangleCount(static_cast<unsigned>(std::stoul(factor)));
+    }
+    EXPECT_EQ(stats["patchesDrawn"], patches);
+    EXPECT_EQ(stats["triangles"], triangles);
+
+    const auto view = stats["view"].get<std::vector<double>>();
+    ASSERT_EQ(view.size(), 16U);
+    const osg::Matrixd expected = osg::Matrixd::lookAt(osg::Vec3d(0, -5, 0), osg::Vec3d(), osg::Vec3d(0, 0, 1));
+    for (std::size_t k = 0; k < 16; ++k) { EXPECT_NEAR(view[k], expected.ptr()[k], 1e-12); }
+    const auto projection = stats["projection"].get<std::vector<double>>();
+    ASSERT_EQ(projection.size(), 16U);
+    EXPECT_NEAR(projection[5], 1.0 / std::tan(osg::DegreesToRadians(20.0)), 1e-9);
+    EXPECT_NEAR(projection[0], projection[5] * 200.0 / 320.0, 1e-9);
+
+    EXPECT_EQ(stats["times"]["frames"], 3);
+    EXPECT_GT(stats["times"]["cullMilliseconds"], 0.0);
+    EXPECT_GT(stats["times"]["drawMilliseconds"], 0.0);
+    EXPECT_GE(stats["times"]["frameMilliseconds"].get<double>(), stats["times"]["drawMilliseconds"].get<double>());
+    EXPECT_FALSE(stats["gl"]["renderer"].get<std::string>().empty());
+    EXPECT_FALSE(stats["gl"]["version"].get<std::string>().empty());
+}
+
+TEST_F(Viewer, AsksForTheErrorOfOptionOrPlugin)
+{
+    const std::string stats = folder.file("s.json");
+    const std::string common = "--headless --size 100x100 --stats " + stats + " " + model();
+    ASSERT_EQ(run(common).status, 0);
+    EXPECT_EQ(readJson(stats)["errorPixels"], 1.0);
+    ASSERT_EQ(run("-O errorPixels=3 " + common).status, 0);
+    EXPECT_EQ(readJson(stats)["errorPixels"], 3.0);
+    ASSERT_EQ(run("-O errorPixels=3 --error-pixels 7 " + common).status, 0);
+    EXPECT_EQ(readJson(stats)["errorPixels"], 7.0);
+}
+
+TEST_F(Viewer, CapsTheFactor)
+{
+    const Outcome outcome = run("--headless --size 400x400 --error-pixels 0.01 --max-factor 4 --stats "
+                                + folder.file("s.json") + " " + model());
+    ASSERT_EQ(outcome.status, 0) << outcome.output;
+    for (const auto& [factor, count] : readJson(folder.file("s.json"))["patchesByFactor"].items()) {
+        EXPECT_LE(std::stoul(factor), 4U);
+    }
+}
+
+TEST_F(Viewer, CullsPatchesOutsideTheView)
+{
+    // A narrow view past the side x > 0.5: the four patches at x < 0 are out, the other four in.
+    const std::string view = "--headless --size 100x100 --fov 10 --camera 0,-5,0,1,0,0,0,0,1 --stats " + folder.file("s.json");
+    ASSERT_EQ(run(view + " " + model()).status, 0);
+    const nlohmann::json culled = readJson(folder.file("s.json"));
+    EXPECT_EQ(culled["patchesCulled"], 4);
+    EXPECT_EQ(culled["patchesDrawn"], 4);
+    ASSERT_EQ(run(view + " --no-cull " + model()).status, 0);
+    EXPECT_EQ(readJson(folder.file("s.json"))["patchesDrawn"], 8);
+}
+
+TEST_F(Viewer, DrawsWireframeAndLevelsDifferently)
+{
+    const auto picture = [&](const std::string& options) {
+        const std::string path = folder.file("p.png");
+        EXPECT_EQ(run("--headless --size 120x120 --error-pixels 4 " + options + " --screenshot " + path + " " + model()).status, 0);
+        return readBytes(path);
+    };
+    const std::string plain = picture("");
+    EXPECT_EQ(picture(""), plain);
+    EXPECT_NE(picture("--wireframe"), plain);
+    EXPECT_NE(picture("--color-by-level"), plain);
+}
+
+TEST_F(Viewer, CapturesInWorldSpace)
+{
+    LodAsset asset = makeSyntheticAsset(4, false);
+    asset.lattice.origin = {1e7, 0.0, 0.0};
+    writeTlod(folder.file("far.tlod"), asset);
+    const Outcome outcome = run("--headless --size 100x100 --capture " + folder.file("c.ply") + " " + folder.file("far.tlod"));
+    ASSERT_EQ(outcome.status, 0) << outcome.output;
+    for (const auto& position : readPly(folder.file("c.ply")).positions) { ASSERT_NEAR(position[0], 1e7, 1.1); }
+}
+
+TEST_F(Viewer, EndsWithAMessageWhereThereIsNothingToShow)
+{
+    const std::string outputs = "--headless --screenshot " + folder.file("p.png") + " --capture " + folder.file("c.ply") + " --stats "
+                                + folder.file("s.json");
+    const auto expectFailure = [&](const std::string& arguments, const std::string& message) {
+        const Outcome outcome = run(arguments);
+        EXPECT_EQ(outcome.status, 1) << arguments;
+        EXPECT_NE(outcome.output.find(message), std::string::npos) << arguments << "\n" << outcome.output;
+    };
+    const std::size_t before = folder.entryCount();
+    expectFailure("", "no file");
+    expectFailure(outputs, "no file");
+    expectFailure(outputs + " " + folder.file("absent.tlod"), "absent.tlod: no such file");
+    expectFailure(outputs + " " + model() + " " + folder.file("absent.obj"), "absent.obj");
+    EXPECT_EQ(folder.entryCount(), before);
+
+    writeBytes(folder.file("bad.tlod"), readBytes(model()).substr(0, 200));
+    writeBytes(folder.file("x.unheardof"), "?");
+    expectFailure(outputs + " " + folder.file("bad.tlod"), "bad.tlod: ");
+    expectFailure(outputs + " " + folder.file("x.unheardof"), "x.unheardof");
+    EXPECT_EQ(folder.entryCount(), before + 2);
+    expectFailure("--headless --stats " + folder.file("absent/s.json") + " " + model(), "absent/s.json");
+    expectFailure("--headless --screenshot " + folder.file("p.unheardof") + " " + model(), "p.unheardof");
+    EXPECT_EQ(folder.entryCount(), before + 2);
+}
+
+TEST_F(Viewer, RefusesMalformedArguments)
+{
+    for (const std::string& arguments :
+         std::vector<std::string>{"--size 10", "--size 0x10", "--size 10x10x10", "--size axb", "--size 99999x10", "--camera 1,2,3",
+          "--camera 0,0,0,0,0,0,0,0,1", "--camera 0,0,0,0,0,1,0,0,1", "--camera 0,-5,0,0,0,0,0,0,nan", "--fov 0", "--fov 180",
+          "--fov wide", "--error-pixels 0", "--error-pixels -1", "--error-pixels inf", "--max-factor 0", "--max-factor 1.5",
+          "--frames 0", "--unheardof", "--screenshot"}) {
+        const std::string option = arguments.substr(0, arguments.find(' '));
+        // The last is to be the option that lacks its value.
+        const Outcome outcome = run("--headless " + model() + " " + arguments);
+        EXPECT_EQ(outcome.status, 1) << arguments;
+        EXPECT_NE(outcome.output.find(option), std::string::npos) << arguments << "\n" << outcome.output;
+    }
+    EXPECT_EQ(run(model() + " --stats " + folder.file("s.json")).status, 1) << "needs --headless";
+    EXPECT_EQ(folder.entryCount(), 1U);
+}
+
+TEST_F(Viewer, SaysThatAWindowNeedsADisplay)
+{
+    const Outcome outcome = run(model());
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.output.find("--headless"), std::string::npos) << outcome.output;
+}
+
+TEST_F(Viewer, Helps)
+{
+    const Outcome help = run("--help");
+    EXPECT_EQ(help.status, 0);
+    EXPECT_NE(help.output.find("--error-pixels"), std::string::npos) << help.output;
+    const Outcome keys = run("--help-keys");
+    EXPECT_EQ(keys.status, 0);
+    EXPECT_NE(keys.output.find("Freeze the selection"), std::string::npos) << keys.output;
+}
+
+} // namespace
+} // namespace osgTessLOD
