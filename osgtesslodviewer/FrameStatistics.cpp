@@ -40,9 +40,8 @@ FrameTime medianTime(const std::vector<FrameTime>& times)
 void writeJson(std::ostream& stream, const FrameStatistics& statistics)
 {
     nlohmann::ordered_json json;
-    json["gl"] = {{"vendor", statistics.glVendor},
-                  {"renderer", statistics.glRenderer},
-                  {"version", statistics.glVersion}};
+    json["gl"] = {
+        {"vendor", statistics.glVendor}, {"renderer", statistics.glRenderer}, {"version", statistics.glVersion}};
     json["viewport"] = {{"width", statistics.width}, {"height", statistics.height}};
     json["view"] = toJson(statistics.view);
     json["projection"] = toJson(statistics.projection);

@@ -16,8 +16,8 @@ namespace osgTessLOD {
 /// Times of one frame in milliseconds.
 struct FrameTime {
     double cull = 0.0;
-    double draw = 0.0;   ///< until the GPU has finished
-    double frame = 0.0;  ///< all of osgViewer::Viewer::frame(), the GPU finished
+    double draw = 0.0;  ///< until the GPU has finished
+    double frame = 0.0; ///< all of osgViewer::Viewer::frame(), the GPU finished
 };
 
 /// What a headless run drew, as measured in its last frame, and the times of the frames before it.
@@ -25,11 +25,11 @@ struct FrameStatistics {
     std::string glVendor;
     std::string glRenderer;
     std::string glVersion;
-    int width = 0;                       ///< of the viewport, pixels
+    int width = 0; ///< of the viewport, pixels
     int height = 0;
-    osg::Matrixd view;                   ///< as OSG multiplies: row vectors from the left
-    osg::Matrixd projection;             ///< with the near and far planes that were used
-    std::optional<double> errorPixels;   ///< the largest asked of any drawable; none: no drawables
+    osg::Matrixd view;                 ///< as OSG multiplies: row vectors from the left
+    osg::Matrixd projection;           ///< with the near and far planes that were used
+    std::optional<double> errorPixels; ///< the largest asked of any drawable; none: no drawables
     SelectionSums selected;
     std::optional<CapturedMesh::Counts> captured;
     std::vector<FrameTime> times;

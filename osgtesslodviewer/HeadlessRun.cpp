@@ -33,7 +33,9 @@ constexpr unsigned kWarmUpFrames = 2;
 class FrameReader : public osg::Camera::DrawCallback {
 public:
     FrameReader(const SelectionTotals& totals, bool wantsImage, bool wantsCapture)
-        : _totals(totals), _wantsImage(wantsImage), _wantsCapture(wantsCapture)
+        : _totals(totals)
+        , _wantsImage(wantsImage)
+        , _wantsCapture(wantsCapture)
     {
     }
 

@@ -11,7 +11,10 @@ namespace {
 
 class DrawableFinder : public osg::NodeVisitor {
 public:
-    DrawableFinder() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) {}
+    DrawableFinder()
+        : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN)
+    {
+    }
     META_NodeVisitor(osgTessLOD, DrawableFinder)
 
     using osg::NodeVisitor::apply;

@@ -18,7 +18,8 @@ struct SelectionTotals::Frames {
 class SelectionTotals::Observer : public SelectionObserver {
 public:
     Observer(std::shared_ptr<Frames> frames, const TessLODDrawable* drawable)
-        : _frames(std::move(frames)), _drawable(drawable)
+        : _frames(std::move(frames))
+        , _drawable(drawable)
     {
     }
 
@@ -34,7 +35,8 @@ private:
 };
 
 SelectionTotals::SelectionTotals(const DrawableList& drawables)
-    : _drawables(drawables), _frames(std::make_shared<Frames>())
+    : _drawables(drawables)
+    , _frames(std::make_shared<Frames>())
 {
     for (const osg::ref_ptr<TessLODDrawable>& drawable : _drawables) {
         drawable->setSelectionObserver(new Observer(_frames, drawable));

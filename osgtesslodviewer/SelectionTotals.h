@@ -18,7 +18,7 @@ namespace osgTessLOD {
 
 /// One selection of the frame and whose it is.
 struct FrameSelection {
-    const osg::Camera* camera = nullptr;             ///< to compare only
+    const osg::Camera* camera = nullptr; ///< to compare only
     const TessLODDrawable* drawable = nullptr;
     osg::Matrixd localToWorld;
     osg::ref_ptr<const PatchSelection> selection;

@@ -27,7 +27,9 @@ std::string statusLine(double frameMilliseconds, const SelectionSums& sums, cons
 } // namespace
 
 StatusOverlay::StatusOverlay()
-    : _camera(new osg::Camera), _text(new osgText::Text), _intervalStart(osg::Timer::instance()->tick())
+    : _camera(new osg::Camera)
+    , _text(new osgText::Text)
+    , _intervalStart(osg::Timer::instance()->tick())
 {
     _text->setDataVariance(osg::Object::DYNAMIC); // frame() waits for its draw, so that update() may change it
     _text->setCharacterSize(16.0F);

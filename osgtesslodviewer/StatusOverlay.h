@@ -25,7 +25,7 @@ private:
     osg::ref_ptr<osgText::Text> _text;
     osg::Timer_t _intervalStart;
     unsigned _intervalFrames = 0;
-    double _frameMilliseconds = 0.0;     ///< mean of the last interval
+    double _frameMilliseconds = 0.0; ///< mean of the last interval
 };
 
 } // namespace osgTessLOD

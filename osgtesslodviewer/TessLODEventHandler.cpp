@@ -46,7 +46,10 @@ void freeze(const std::vector<FrameSelection>& selections, const DrawableList& d
 } // namespace
 
 TessLODEventHandler::TessLODEventHandler(osg::Node* scene, const DrawableList& drawables, bool colorByLevel)
-    : _scene(scene), _drawables(drawables), _totals(drawables), _colorByLevel(colorByLevel)
+    : _scene(scene)
+    , _drawables(drawables)
+    , _totals(drawables)
+    , _colorByLevel(colorByLevel)
 {
 }
 

@@ -88,8 +88,8 @@ void takeSize(osg::ArgumentParser& arguments, ViewerOptions& options)
     int height = 0;
     int length = 0;
     const int read = std::sscanf(text->c_str(), "%5dx%5d%n", &width, &height, &length);
-    if (read != 2 || static_cast<std::size_t>(length) != text->size() || width < 1 || height < 1
-        || width > kLargestSide || height > kLargestSide) {
+    if (read != 2 || static_cast<std::size_t>(length) != text->size() || width < 1 || height < 1 ||
+        width > kLargestSide || height > kLargestSide) {
         reject(arguments, "--size", *text, "WIDTHxHEIGHT is needed, each 1 to 16384, as in 1280x800");
         return;
     }
@@ -147,8 +147,7 @@ ViewerOptions readViewerOptions(osg::ArgumentParser& arguments)
     options.pathFile = takeValue(arguments, "-p").value_or("");
     while (arguments.read("--headless")) { options.headless = true; }
     if (!options.headless) {
-        for (const char* option :
-             {"--size", "--camera", "--fov", "--frames", "--screenshot", "--capture", "--stats"}) {
+        for (const char* option : {"--size", "--camera", "--fov", "--frames", "--screenshot", "--capture", "--stats"}) {
             if (takeValue(arguments, option)) {
                 arguments.reportError(std::string(option) + " needs --headless", osg::ArgumentParser::CRITICAL);
             }

@@ -9,7 +9,7 @@
 namespace osg {
 class ArgumentParser;
 class ApplicationUsage;
-}
+} // namespace osg
 
 namespace osgTessLOD {
 
@@ -22,20 +22,20 @@ struct LookAt {
 
 /// What osgtesslodviewer's own command line options ask for; OSG's own are left to osgViewer.
 struct ViewerOptions {
-    std::optional<double> errorPixels;    ///< for every TessLODDrawable; not given: as each was read
-    std::optional<unsigned> maxFactor;    ///< the same
+    std::optional<double> errorPixels; ///< for every TessLODDrawable; not given: as each was read
+    std::optional<unsigned> maxFactor; ///< the same
     bool cullPatches = true;
     bool colorByLevel = false;
     bool wireframe = false;
-    std::string pathFile;                 ///< animation path to follow; empty: none
+    std::string pathFile; ///< animation path to follow; empty: none
 
-    bool headless = false;                ///< what follows is for headless runs alone
-    int width = 1280;                     ///< pixels
+    bool headless = false; ///< what follows is for headless runs alone
+    int width = 1280;      ///< pixels
     int height = 800;
-    std::optional<LookAt> camera;         ///< not given: the home position of OSG's trackball
-    std::optional<double> fovDegrees;     ///< vertical; not given: OSG's default
-    unsigned frames = 5;                  ///< frames to take times of
-    std::string screenshotFile;           ///< empty: none
+    std::optional<LookAt> camera;     ///< not given: the home position of OSG's trackball
+    std::optional<double> fovDegrees; ///< vertical; not given: OSG's default
+    unsigned frames = 5;              ///< frames to take times of
+    std::string screenshotFile;       ///< empty: none
     std::string captureFile;
     std::string statsFile;
 };

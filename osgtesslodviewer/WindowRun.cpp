@@ -72,16 +72,13 @@ void addHandlers(osgViewer::Viewer& viewer, osg::Node& scene, const ViewerOption
     viewer.addEventHandler(new osgViewer::ScreenCaptureHandler);
 }
 
-void runWindow(osgViewer::Viewer& viewer, osg::Node& scene, const ViewerOptions& options,
-               osg::ApplicationUsage* usage)
+void runWindow(osgViewer::Viewer& viewer, osg::Node& scene, const ViewerOptions& options, osg::ApplicationUsage* usage)
 {
     // Keys change it between frames, while the last frame may still be drawn unless it is DYNAMIC.
     scene.getOrCreateStateSet()->setDataVariance(osg::Object::DYNAMIC);
     addHandlers(viewer, scene, options, usage);
     viewer.realize();
-    if (!viewer.isRealized()) {
-        throw std::runtime_error("no window can be opened; --headless renders without one");
-    }
+    if (!viewer.isRealized()) { throw std::runtime_error("no window can be opened; --headless renders without one"); }
     viewer.run();
 }
 

@@ -4,7 +4,7 @@
 namespace osg {
 class ApplicationUsage;
 class Node;
-}
+} // namespace osg
 namespace osgViewer {
 class Viewer;
 }
@@ -19,7 +19,6 @@ void addHandlers(osgViewer::Viewer& viewer, osg::Node& scene, const ViewerOption
                  osg::ApplicationUsage* usage);
 
 /// Shows the scene in a window until that is closed. Throws std::runtime_error if none can be opened.
-void runWindow(osgViewer::Viewer& viewer, osg::Node& scene, const ViewerOptions& options,
-               osg::ApplicationUsage* usage);
+void runWindow(osgViewer::Viewer& viewer, osg::Node& scene, const ViewerOptions& options, osg::ApplicationUsage* usage);
 
 } // namespace osgTessLOD

@@ -23,8 +23,8 @@ void describeProgram(osg::ArgumentParser& arguments)
 {
     osg::ApplicationUsage& usage = *arguments.getApplicationUsage();
     usage.setApplicationName(arguments.getApplicationName());
-    usage.setDescription(arguments.getApplicationName()
-                         + " shows scenes with level-of-detail surfaces (.tlod) and whatever else OSG reads.");
+    usage.setDescription(arguments.getApplicationName() +
+                         " shows scenes with level-of-detail surfaces (.tlod) and whatever else OSG reads.");
     usage.setCommandLineUsage(arguments.getApplicationName() + " [options] file ...");
     osgTessLOD::describeViewerOptions(usage);
 }

@@ -48,7 +48,7 @@ struct BakeReport {
     double seconds = 0.0;
     std::uint64_t peakBytes = 0;            ///< resident set of the whole process at its largest
 
-    std::string toJson() const;
+    OSGTESSLOD_EXPORT std::string toJson() const;
 };
 
 /// Bakes `source`: a mesh file's path, or "builtin:NAME". Throws AssetError for bad input, Interrupted as `progress` asks.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// María-Cecilia Rivara, "Algorithms for refining triangular grids suitable for adaptive and multigrid techniques", IJNME
-// 1984: to bisect a triangle's longest edge, first bisect the neighbour's, if that is longer still.
+// William Mitchell, "A comparison of adaptive refinement techniques for elliptic problems", ACM TOMS 1989: newest vertex
+// bisection. (Bisecting the longest edge on the surface need not end: where a border bulges, the lengths of a triangle and of
+// its descendants can take turns for ever.)
 #include <osgTessLOD/bake/BisectionForest.h>
 
 #include <algorithm>
@@ -57,6 +58,15 @@ struct BisectionForest::Builder {
             }
             nodes().push_back(node);
         }
+        for (const PatchTopology::Edge& edge : topology.edges) {
+            const unsigned side = edge.sides[0];
+            const double arc =
+                arcLength(edge.patches[0], Eigen::Vector3d::Unit(side), Eigen::Vector3d::Unit((side + 1) % 3));
+            for (unsigned which = 0; which < 2; ++which) {
+                if (edge.patches[which] != kNoPatch) { nodes()[edge.patches[which]].lengths[edge.sides[which]] = arc; }
+            }
+        }
+        chooseFirstEdges(topology);
         firstPoint.assign(nodes().size(), kNone);
         pointCount.assign(nodes().size(), 0);
         nextPoint.resize(points.size());
@@ -68,37 +78,44 @@ struct BisectionForest::Builder {
         }
     }
 
-    /// Length of an edge, with its vertices to break ties the same way from both sides.
-    struct Length {
-        double squared;
-        std::uint32_t low;
-        std::uint32_t high;
-        bool operator<(const Length& o) const
-        {
-            if (squared != o.squared) { return squared < o.squared; }
-            return low != o.low ? low < o.low : high < o.high;
-        }
-    };
-    Length length(const Node& node, unsigned k) const
+    /// Length on the surface of the straight line between two points of a patch, sampled.
+    double arcLength(std::uint32_t patch, const Eigen::Vector3d& a, const Eigen::Vector3d& b) const
     {
-        const std::uint32_t a = node.corners[k];
-        const std::uint32_t b = node.corners[(k + 1) % 3];
-        return {(forest._vertices[a] - forest._vertices[b]).squaredNorm(), std::min(a, b), std::max(a, b)};
+        constexpr int kSegments = 4;
+        double sum = 0.0;
+        Eigen::Vector3d last = surface(patch, a);
+        for (int i = 1; i <= kSegments; ++i) {
+            const double t = static_cast<double>(i) / kSegments;
+            const Eigen::Vector3d next = surface(patch, (1.0 - t) * a + t * b);
+            sum += (next - last).norm();
+            last = next;
+        }
+        return sum;
     }
-    unsigned longestEdge(const Node& node) const
+
+    /// Roots bisect their longest edge first. As all roots go by one order of edges, following bisected edges from root to
+    /// root ends.
+    void chooseFirstEdges(const PatchTopology& topology)
     {
-        unsigned longest = 0;
-        for (unsigned k = 1; k < 3; ++k) {
-            if (length(node, longest) < length(node, k)) { longest = k; }
+        const auto isLess = [&](std::uint32_t a, std::uint32_t b, double lengthOfA, double lengthOfB) {
+            return lengthOfA != lengthOfB ? lengthOfA < lengthOfB : a < b;
+        };
+        for (std::uint32_t p = 0; p < topology.patches.size(); ++p) {
+            Node& node = nodes()[p];
+            for (std::uint8_t k = 1; k < 3; ++k) {
+                if (isLess(topology.patchEdges[p][node.bisected], topology.patchEdges[p][k], node.lengths[node.bisected],
+                           node.lengths[k])) {
+                    node.bisected = k;
+                }
+            }
         }
-        return longest;
     }
     bool exceeds(std::uint32_t n) const
     {
         const Node& node = forest._nodes[n];
-        if (node.depth >= limits.mostDepth) { return false; }
+        if (node.depth >= kDeepest) { return false; }
         return pointCount[n] > limits.mostPoints ||
-               length(node, longestEdge(node)).squared > limits.longestEdge * limits.longestEdge;
+               *std::max_element(node.lengths.begin(), node.lengths.end()) > limits.longestEdge;
     }
 
     unsigned sideTowards(std::uint32_t n, std::uint32_t neighbour, std::uint32_t from) const
@@ -118,9 +135,21 @@ struct BisectionForest::Builder {
         if (k < 3) { nodes()[n].neighbours[k] = replacement; }
     }
 
-    /// Makes the two children of leaf n at edge k, around `middle`; edges onto the edge's other side are left open.
-    void makeChildren(std::uint32_t n, unsigned k, std::uint32_t middle)
+    /// A point of leaf n in its patch.
+    FacePoint inPatch(std::uint32_t n, const Eigen::Vector3d& barycentric) const { return forest.toPatch({n, barycentric}); }
+
+    static Eigen::Vector3d middleOf(unsigned k)
     {
+        return 0.5 * (Eigen::Vector3d::Unit(k) + Eigen::Vector3d::Unit((k + 1) % 3));
+    }
+
+    /// Makes the two children of leaf n at edge k, around the vertex `middle`, which halves it into these lengths (as n
+    /// runs along it); edges onto the edge's other side are left open.
+    void makeChildren(std::uint32_t n, unsigned k, std::uint32_t middle, const std::array<double, 2>& halves)
+    {
+        const FacePoint center = inPatch(n, middleOf(k));
+        const double across =
+            arcLength(center.face, center.barycentric, inPatch(n, Eigen::Vector3d::Unit((k + 2) % 3)).barycentric);
         const auto child = static_cast<std::uint32_t>(nodes().size());
         const Node node = nodes()[n];
         const unsigned k1 = (k + 1) % 3;
@@ -129,15 +158,19 @@ struct BisectionForest::Builder {
         Node b{};
         a.corners = {node.corners[k], middle, node.corners[k2]};
         b.corners = {middle, node.corners[k1], node.corners[k2]};
+        a.lengths = {halves[0], across, node.lengths[k2]};
+        b.lengths = {halves[1], node.lengths[k1], across};
         a.neighbours = {kNone, child + 1, node.neighbours[k2]};
         b.neighbours = {kNone, node.neighbours[k1], child};
+        // The edge opposite the newest vertex is bisected next.
+        a.bisected = 2;
+        b.bisected = 1;
         a.parent = b.parent = n;
         a.patch = b.patch = node.patch;
         a.depth = b.depth = static_cast<std::uint8_t>(node.depth + 1);
         nodes().push_back(a);
         nodes().push_back(b);
         nodes()[n].firstChild = child;
-        nodes()[n].bisected = static_cast<std::uint8_t>(k);
         replaceNeighbour(node.neighbours[k2], n, node.corners[k2], child);
         replaceNeighbour(node.neighbours[k1], n, node.corners[k1], child + 1);
 
@@ -156,20 +189,20 @@ struct BisectionForest::Builder {
         firstPoint[n] = kNone;
     }
 
-    /// Bisects leaf n and its neighbour across edge k, whose longest edge it is too (or which is not there).
+    /// Bisects leaf n and its neighbour across edge k, which is to bisect it too (or is not there).
     void bisect(std::uint32_t n, unsigned k)
     {
         const std::uint32_t neighbour = nodes()[n].neighbours[k];
         const auto middle = static_cast<std::uint32_t>(forest._vertices.size());
-        Eigen::Vector3d inLeaf = Eigen::Vector3d::Zero();
-        inLeaf[k] = inLeaf[(k + 1) % 3] = 0.5;
-        const FacePoint at = forest.toPatch({n, inLeaf});
+        const FacePoint at = inPatch(n, middleOf(k));
         forest._vertices.push_back(surface(at.face, at.barycentric));
+        const double first = arcLength(at.face, inPatch(n, Eigen::Vector3d::Unit(k)).barycentric, at.barycentric);
+        const double second = arcLength(at.face, at.barycentric, inPatch(n, Eigen::Vector3d::Unit((k + 1) % 3)).barycentric);
         const std::uint32_t from = nodes()[n].corners[k];
         const unsigned other = neighbour != kNone ? sideTowards(neighbour, n, from) : 3;
-        makeChildren(n, k, middle);
+        makeChildren(n, k, middle, {first, second});
         if (neighbour == kNone) { return; }
-        makeChildren(neighbour, other, middle);
+        makeChildren(neighbour, other, middle, {second, first});
         // Child 0 of one lies opposite child 1 of the other.
         const std::uint32_t own = nodes()[n].firstChild;
         const std::uint32_t others = nodes()[neighbour].firstChild;
@@ -182,17 +215,15 @@ struct BisectionForest::Builder {
     void refine(std::uint32_t leaf)
     {
         while (forest.isLeaf(leaf)) {
-            // Along longer and longer edges to a pair of leaves that share their longest.
+            // To a pair of leaves that are to bisect the edge they share.
             std::uint32_t n = leaf;
-            unsigned k = longestEdge(nodes()[n]);
-            while (nodes()[n].neighbours[k] != kNone) {
-                const std::uint32_t neighbour = nodes()[n].neighbours[k];
-                const unsigned longest = longestEdge(nodes()[neighbour]);
-                if (longest == sideTowards(neighbour, n, nodes()[n].corners[k])) { break; }
+            while (nodes()[n].neighbours[nodes()[n].bisected] != kNone) {
+                const Node& node = nodes()[n];
+                const std::uint32_t neighbour = node.neighbours[node.bisected];
+                if (nodes()[neighbour].bisected == sideTowards(neighbour, n, node.corners[node.bisected])) { break; }
                 n = neighbour;
-                k = longest;
             }
-            bisect(n, k);
+            bisect(n, nodes()[n].bisected);
         }
     }
 };

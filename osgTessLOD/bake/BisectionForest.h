@@ -25,13 +25,12 @@ public:
     using Surface = std::function<Eigen::Vector3d(std::uint32_t patch, const Eigen::Vector3d& barycentric)>;
 
     struct Limits {
-        double longestEdge;         ///< leaves' edges are bisected down to this chord length
+        double longestEdge;         ///< leaves' edges are bisected down to this length on the surface
         unsigned mostPoints;        ///< leaves that hold more of the given points are bisected
-        unsigned mostDepth = 80;    ///< below this nothing is bisected
     };
 
-    /// Starts with one node per patch, numbered as the patches, and bisects the longest edges of leaves that exceed the
-    /// limits (and of their neighbours, so that none hangs; Rivara 1984). `points` are points of the patches (face =
+    /// Starts with one node per patch, numbered as the patches, and bisects leaves that exceed the
+    /// limits, and their neighbours, so that no vertex hangs. `points` are points of the patches (face =
     /// patch) that leaves shall separate.
     BisectionForest(const PatchTopology& topology, const Surface& surface, const std::vector<FacePoint>& points,
                     const Limits& limits);
@@ -50,14 +49,18 @@ public:
 private:
     struct Node {
         std::array<std::uint32_t, 3> corners;
+        std::array<double, 3> lengths;           ///< of its edges on the surface
         std::array<std::uint32_t, 3> neighbours; ///< leaf across each edge; stale in inner nodes
         std::uint32_t parent = kNone;
         std::uint32_t firstChild = kNone;
         std::uint32_t patch = 0;
-        std::uint8_t bisected = 0;               ///< which edge
+        std::uint8_t bisected = 0;               ///< which edge is or would be
         std::uint8_t depth = 0;
     };
     struct Builder;
+
+    /// Leaves this deep, of a 2⁴⁰th of their patch's size, are not bisected because of themselves.
+    static constexpr unsigned kDeepest = 80;
 
     std::vector<Node> _nodes;
     std::vector<Eigen::Vector3d> _vertices;

@@ -23,36 +23,6 @@ double twiceArea(const Vector2d& a, const Vector2d& b, const Vector2d& c)
     return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
 
-using Triangle2 = std::array<Vector2d, 3>;
-
-/// Twice the area that two counter-clockwise triangles share: one clipped by the other's sides (Sutherland–Hodgman).
-double twiceSharedArea(const Triangle2& subject, const Triangle2& clip)
-{
-    std::array<Vector2d, 9> polygon{subject[0], subject[1], subject[2]};
-    std::size_t count = 3;
-    for (std::size_t side = 0; side < 3 && count > 0; ++side) {
-        const Vector2d& a = clip[side];
-        const Vector2d& b = clip[(side + 1) % 3];
-        std::array<Vector2d, 9> kept;
-        std::size_t keptCount = 0;
-        for (std::size_t k = 0; k < count; ++k) {
-            const Vector2d& p = polygon[k];
-            const Vector2d& q = polygon[(k + 1) % count];
-            const double pSide = twiceArea(a, b, p);
-            const double qSide = twiceArea(a, b, q);
-            if (pSide >= 0.0) { kept[keptCount++] = p; }
-            if ((pSide > 0.0 && qSide < 0.0) || (pSide < 0.0 && qSide > 0.0)) {
-                kept[keptCount++] = p + (pSide / (pSide - qSide)) * (q - p);
-            }
-        }
-        polygon = kept;
-        count = keptCount;
-    }
-    double area = 0.0;
-    for (std::size_t k = 2; k < count; ++k) { area += twiceArea(polygon[0], polygon[k - 1], polygon[k]); }
-    return std::max(0.0, area);
-}
-
 /// A triangle of a step's plane that may hold a point, with the point's weights in it.
 struct Candidate {
     double inside = -std::numeric_limits<double>::infinity(); ///< smallest weight
@@ -77,6 +47,15 @@ struct Candidate {
     }
 };
 
+/// The triangle (0, j+1, j+2) of a polygon that holds p.
+template <typename Polygon>
+FacePoint locateInFan(unsigned size, const Polygon& at, const Vector2d& p)
+{
+    Candidate best;
+    for (unsigned j = 0; j + 2 < size; ++j) { best.offer(j, p, at(0), at(j + 1), at(j + 2)); }
+    return {best.index, best.clamped()};
+}
+
 } // namespace
 
 double CollapseHistory::Step::quality() const
@@ -97,20 +76,10 @@ double CollapseHistory::Step::quality() const
     return total > 0.0 ? smallest * count / total : -1.0;
 }
 
-std::array<double, CollapseHistory::kMaxRing>
-CollapseHistory::Step::handOver(const std::array<double, kMaxRing>& oldWeights) const
+FacePoint CollapseHistory::Step::carry(unsigned sector, const Vector3d& weights) const
 {
     const auto at = [&](unsigned i) -> Vector2d { return ring[i % ringSize].cast<double>(); };
-    std::array<double, kMaxRing> result{};
-    for (unsigned i = 0; i < ringSize; ++i) {
-        if (i == gap) { continue; }
-        const Triangle2 old{center.cast<double>(), at(i), at(i + 1)};
-        const double density = oldWeights[i] / twiceArea(old[0], old[1], old[2]);
-        for (unsigned j = 0; j + 2 < ringSize; ++j) {
-            result[j] += density * twiceSharedArea(old, {at(0), at(j + 1), at(j + 2)});
-        }
-    }
-    return result;
+    return locateInFan(ringSize, at, weights[0] * center.cast<double>() + weights[1] * at(sector) + weights[2] * at(sector + 1));
 }
 
 CollapseHistory::CollapseHistory(std::uint32_t sourceFaces)
@@ -159,11 +128,8 @@ FacePoint CollapseHistory::toCoarse(FacePoint point) const
         const Vector2d p = point.barycentric[corner] * _ring[step.firstRing].cast<double>() +
                            point.barycentric[(corner + 1) % 3] * ringPoint(step, sector) +
                            point.barycentric[(corner + 2) % 3] * ringPoint(step, sector + 1);
-        Candidate best;
-        for (unsigned j = 0; j + 2U < step.ringSize; ++j) {
-            best.offer(j, p, ringPoint(step, 0), ringPoint(step, j + 1), ringPoint(step, j + 2));
-        }
-        point = {step.firstNewFace + best.index, best.clamped()};
+        point = locateInFan(step.ringSize, [&](unsigned i) { return ringPoint(step, i); }, p);
+        point.face += step.firstNewFace;
     }
     return point;
 }

@@ -50,8 +50,9 @@ public:
         /// Smallest ratio of a triangle's area, of both triangulations, to their mean; ≤ 0 if one is not positive.
         double quality() const;
 
-        /// What each new face takes over of the old faces' weights, by the areas they share in the plane.
-        std::array<double, kMaxRing> handOver(const std::array<double, kMaxRing>& oldWeights) const;
+        /// The new face (its index j) that takes over a point of sector i, and the point's weights in it; `weights` are of
+        /// v, ring[i], ring[i+1].
+        FacePoint carry(unsigned sector, const Eigen::Vector3d& weights) const;
     };
 
     explicit CollapseHistory(std::uint32_t sourceFaces);

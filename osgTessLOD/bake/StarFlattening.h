@@ -15,7 +15,6 @@ struct Star {
     unsigned crease = 0;                                ///< ring index of the other end of a crease through v and ring[0]; 0: none
     Eigen::Vector3d center;
     std::array<Eigen::Vector3d, CollapseHistory::kMaxRing> ring;
-    std::array<double, CollapseHistory::kMaxRing> weight{};  ///< share of the source in sector i's face, 0 in the gap
 };
 
 /// Lays the star into the plane (fills ring, center, ringSize and gap of `step`) so that its faces and those of the

@@ -18,7 +18,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Plane = std::vector<Vector2d>;
 
-constexpr int kMostRounds = 6;
+constexpr int kMostRounds = 12;
 /// Half angles are cut off here: their tangents, the weights, stay below 15.
 constexpr double kLargestHalfAngle = 1.5;
 /// A vertex' stretch changes its neighbours' weights by no more than this factor in one round.
@@ -80,8 +80,6 @@ public:
             if (mesh.isFixed[v] == 0) { _unknown[v] = _count++; }
         }
     }
-
-    int unknowns() const { return _count; }
 
     bool solve(const std::vector<WeightedEdge>& weights, Plane& plane)
     {
@@ -164,21 +162,28 @@ Stretch measureStretch(const DiscMesh& mesh, const Plane& plane)
 
 } // namespace
 
-void embedEvenly(const DiscMesh& mesh, Plane& plane)
+bool embedEvenly(const DiscMesh& mesh, Plane& plane)
 {
+    if (std::all_of(mesh.isFixed.begin(), mesh.isFixed.end(), [](char fixed) { return fixed != 0; })) {
+        return isPositive(mesh, plane);
+    }
     MeanSolver solver(mesh);
-    if (solver.unknowns() == 0) { return; }
     std::vector<WeightedEdge> weights = meanValueWeights(mesh);
     double best = std::numeric_limits<double>::infinity();
     for (int round = 0; round < kMostRounds; ++round) {
         Plane candidate = plane;
-        if (!solver.solve(weights, candidate) || !isPositive(mesh, candidate)) { return; }
+        if (!solver.solve(weights, candidate)) { break; }
+        // The first rounds may squeeze parts until rounding turns triangles over; their stretch gives them room.
         const Stretch stretch = measureStretch(mesh, candidate);
-        if (!(stretch.energy < best)) { return; }
-        best = stretch.energy;
-        plane = std::move(candidate);
+        const bool positive = isPositive(mesh, candidate);
+        if (positive && !(stretch.energy < best)) { break; }
+        if (positive) {
+            best = stretch.energy;
+            plane = std::move(candidate);
+        }
         for (WeightedEdge& e : weights) { e.weight /= stretch.atVertex[e.neighbour]; }
     }
+    return best < std::numeric_limits<double>::infinity();
 }
 
 } // namespace osgTessLOD::bake

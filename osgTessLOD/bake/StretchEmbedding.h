@@ -19,7 +19,7 @@ struct DiscMesh {
 /// coordinates (Floater 2003), whose weights are then divided by the stretch at each neighbour, again and again, while
 /// that lowers the stretch energy (Yoshizawa, Belyaev, Seidel 2004). All weights are positive and the border is convex,
 /// so every triangle stays positively oriented (Tutte 1963); a result of which rounding made that untrue is not taken.
-/// `plane` holds the positions to start from, the fixed vertices' final ones; it has positive triangles and keeps them.
-void embedEvenly(const DiscMesh& mesh, std::vector<Eigen::Vector2d>& plane);
+/// `plane` holds the fixed vertices' positions, and receives the others'. False, with `plane` as it was, if rounding spoilt every result.
+bool embedEvenly(const DiscMesh& mesh, std::vector<Eigen::Vector2d>& plane);
 
 } // namespace osgTessLOD::bake

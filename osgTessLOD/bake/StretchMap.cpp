@@ -77,30 +77,80 @@ StretchMap::StretchMap(const PatchTopology& topology, BisectionForest forest, Pr
 {
     progress.begin("even parameters", topology.patches.size(), "patches");
     const auto leaves = leavesByPatch(_forest, topology.patches.size());
-    const auto& positions = _forest.vertices();
     tbb::parallel_for(std::size_t{0}, topology.edges.size(), [&](std::size_t e) {
-        const PatchTopology::Edge& edge = topology.edges[e];
-        const auto side = verticesOnSide(_forest, leaves[edge.patches[0]], edge.sides[0]);
-        std::vector<double> length(side.size(), 0.0);
-        for (std::size_t i = 1; i < side.size(); ++i) {
-            length[i] = length[i - 1] + (positions[side[i].vertex] - positions[side[i - 1].vertex]).norm();
-        }
-        for (std::size_t i = 1; i + 1 < side.size(); ++i) {
-            // Coincident points still need places of their own: a little of the old parameter is kept.
-            constexpr double kKept = 1e-3;
-            const double share = length.back() > 0.0 ? length[i] / length.back() : side[i].along;
-            _alongEdge[side[i].vertex] = (1.0 - kKept) * share + kKept * side[i].along;
-        }
+        spreadBorder(topology.edges[e], leaves[topology.edges[e].patches[0]]);
     });
-    tbb::parallel_for(std::size_t{0}, topology.patches.size(), [&](std::size_t p) {
-        embedPatch(topology, static_cast<std::uint32_t>(p), leaves[p]);
-        _locators[p] = makeLocator(leaves[p]);
-        progress.step(1);
-    });
+    embedPatches(topology, leaves, progress);
+    tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t p) { _locators[p] = makeLocator(leaves[p]); });
     progress.end();
 }
 
-void StretchMap::embedPatch(const PatchTopology& topology, std::uint32_t patch, const std::vector<std::uint32_t>& leaves)
+/// Parametrizes a border by its length.
+void StretchMap::spreadBorder(const PatchTopology::Edge& edge, const Leaves& leaves)
+{
+    const auto& positions = _forest.vertices();
+    const auto side = verticesOnSide(_forest, leaves, edge.sides[0]);
+    std::vector<double> length(side.size(), 0.0);
+    for (std::size_t i = 1; i < side.size(); ++i) {
+        length[i] = length[i - 1] + (positions[side[i].vertex] - positions[side[i - 1].vertex]).norm();
+    }
+    for (std::size_t i = 1; i + 1 < side.size(); ++i) {
+        // Coincident points still need places of their own: a little of the old parameter is kept.
+        constexpr double kKept = 1e-3;
+        const double share = length.back() > 0.0 ? length[i] / length.back() : side[i].along;
+        _alongEdge[side[i].vertex] = (1.0 - kKept) * share + kKept * side[i].along;
+    }
+}
+
+/// Leaves a border its parameters.
+void StretchMap::keepBorder(const PatchTopology::Edge& edge, const Leaves& leaves)
+{
+    for (const SideVertex& vertex : verticesOnSide(_forest, leaves, edge.sides[0])) {
+        _alongEdge[vertex.vertex] = vertex.along;
+    }
+}
+
+/// Leaves a patch its parameters.
+void StretchMap::keepPatch(const Leaves& leaves)
+{
+    for (const std::uint32_t leaf : leaves) {
+        for (unsigned k = 0; k < 3; ++k) { _even[leaf][k] = planar(_forest.toPatch({leaf, Vector3d::Unit(k)}).barycentric); }
+    }
+}
+
+void StretchMap::embedPatches(const PatchTopology& topology, const std::vector<Leaves>& leaves, Progress& progress)
+{
+    enum class State : char { kWaiting, kEmbedded, kKept };
+    std::vector<State> state(leaves.size(), State::kWaiting);
+    for (bool again = true; again;) {
+        std::vector<char> failed(leaves.size(), 0);
+        tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t p) {
+            if (state[p] != State::kWaiting) { return; }
+            state[p] = State::kEmbedded;
+            failed[p] = embedPatch(topology, static_cast<std::uint32_t>(p), leaves[p]) ? 0 : 1;
+            progress.step(1);
+        });
+        // A patch that keeps its parameters keeps its borders', so its neighbours are embedded once more.
+        again = false;
+        for (std::size_t p = 0; p < leaves.size(); ++p) {
+            if (failed[p] == 0) { continue; }
+            state[p] = State::kKept;
+            keepPatch(leaves[p]);
+            for (const std::uint32_t e : topology.patchEdges[p]) {
+                const PatchTopology::Edge& edge = topology.edges[e];
+                keepBorder(edge, leaves[edge.patches[0]]);
+                for (const std::uint32_t neighbour : edge.patches) {
+                    if (neighbour != kNoPatch && state[neighbour] == State::kEmbedded) {
+                        state[neighbour] = State::kWaiting;
+                        again = true;
+                    }
+                }
+            }
+        }
+    }
+}
+
+bool StretchMap::embedPatch(const PatchTopology& topology, std::uint32_t patch, const Leaves& leaves)
 {
     DiscMesh disc;
     std::vector<Vector2d> plane;
@@ -144,10 +194,11 @@ void StretchMap::embedPatch(const PatchTopology& topology, std::uint32_t patch, 
             disc.isFixed[v] = 1;
         }
     }
-    embedEvenly(disc, plane);
+    if (!embedEvenly(disc, plane)) { return false; }
     for (std::size_t i = 0; i < leaves.size(); ++i) {
         for (std::size_t k = 0; k < 3; ++k) { _even[leaves[i]][k] = plane[disc.triangles[i][k]]; }
     }
+    return true;
 }
 
 unsigned StretchMap::cell(const Locator& locator, double coordinate)
@@ -156,7 +207,7 @@ unsigned StretchMap::cell(const Locator& locator, double coordinate)
     return std::min(locator.resolution - 1, static_cast<unsigned>(scaled));
 }
 
-StretchMap::Locator StretchMap::makeLocator(const std::vector<std::uint32_t>& leaves) const
+StretchMap::Locator StretchMap::makeLocator(const Leaves& leaves) const
 {
     Locator locator;
     locator.resolution = std::max(1U, static_cast<unsigned>(std::sqrt(static_cast<double>(leaves.size()))));

@@ -15,7 +15,8 @@ namespace osgTessLOD::bake {
 
 /// A bijective, piecewise linear map of every patch onto itself after which the patches' parameters are spread evenly over
 /// the surface: what collapses squeezed together is given room again. Borders are parametrized by their length on
-/// the surface, the same for both patches, and the inside is embedded evenly (StretchEmbedding).
+/// the surface, the same for both patches, and the inside is embedded evenly (StretchEmbedding). Where rounding does not let that be
+/// bijective, a patch keeps its parameters.
 class StretchMap {
 public:
     /// `forest` is the triangulation on whose leaves the map is linear.
@@ -36,8 +37,14 @@ private:
         std::vector<std::uint32_t> leaves;
     };
 
-    void embedPatch(const PatchTopology& topology, std::uint32_t patch, const std::vector<std::uint32_t>& leaves);
-    Locator makeLocator(const std::vector<std::uint32_t>& leaves) const;
+    using Leaves = std::vector<std::uint32_t>;
+
+    void spreadBorder(const PatchTopology::Edge& edge, const Leaves& leaves);
+    void keepBorder(const PatchTopology::Edge& edge, const Leaves& leaves);
+    bool embedPatch(const PatchTopology& topology, std::uint32_t patch, const Leaves& leaves);
+    void keepPatch(const Leaves& leaves);
+    void embedPatches(const PatchTopology& topology, const std::vector<Leaves>& leaves, Progress& progress);
+    Locator makeLocator(const Leaves& leaves) const;
     static unsigned cell(const Locator& locator, double coordinate);
 
     BisectionForest _forest;

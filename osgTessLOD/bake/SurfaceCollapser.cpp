@@ -77,12 +77,20 @@ private:
         bool isFeature;
     };
 
+    /// A source vertex with the new face (by its index in the collapse) that takes it over.
+    struct CarriedPoint {
+        std::uint32_t vertex;
+        FacePoint to;
+    };
+    static constexpr std::uint32_t kNone = CollapseHistory::kNone;
+
     static std::size_t at(OpenMesh::BaseHandle h) { return static_cast<std::size_t>(h.idx()); }
     const Vector3d& position(Mesh::VertexHandle v) const { return _source.positions[at(v)]; }
     bool isFeature(Mesh::EdgeHandle e) const { return _feature[at(e)] != 0; }
     unsigned featureCount(Mesh::VertexHandle v) const;
 
     void buildMesh();
+    void placePoints(double area);
     void markFeatures();
     void dropShortCreases();
     void dropCreases();
@@ -109,7 +117,12 @@ private:
     std::vector<char> _feature;                 // per edge
     std::vector<Quadric> _quadrics;             // per vertex
     std::vector<double> _quadricArea;           // per vertex: what the quadric is weighted by
-    std::vector<double> _weight;                // per face: share of the source, by count and area, mean 1
+    std::vector<double> _weight;                // per face: of the source vertices it holds, whose mean is 1 per source face
+    std::vector<std::uint32_t> _firstPoint;     // per face: chain of the source vertices it holds
+    std::vector<std::uint32_t> _nextPoint;      // per source vertex
+    std::vector<Vector3d> _pointInFace;         // per source vertex: coordinates in its face
+    std::vector<double> _pointWeight;           // per source vertex
+    std::vector<CarriedPoint> _carried;         // of the collapse being tried
     std::vector<std::uint32_t> _number;         // per face: in the history
     std::vector<std::uint32_t> _firstVertex;    // per face: its history corner 0
     std::vector<std::uint32_t> _version;        // per vertex: of its queue entry
@@ -129,13 +142,32 @@ Collapser::Collapser(const SourceMesh& source, const ControlMeshOptions& options
     const double area = std::accumulate(_quadricArea.begin(), _quadricArea.end(), 0.0);
     _patchSize = std::sqrt(area / static_cast<double>(target));
     _patchWeight = static_cast<double>(_faces) / static_cast<double>(target);
-    for (std::size_t t = 0; t < _faces; ++t) {
-        const auto& corner = source.triangles[t];
-        const Vector3d& a = source.positions[corner[0]];
-        const double own = 0.5 * (source.positions[corner[1]] - a).cross(source.positions[corner[2]] - a).norm();
-        _weight.push_back(0.5 + 0.5 * own * static_cast<double>(_faces) / area);
-    }
+    placePoints(area);
     _limits.largestWeight = options.largestShare * _patchWeight;
+}
+
+/// Every source vertex starts in one of its faces, and weighs one half by itself and one half by the area around it.
+void Collapser::placePoints(double area)
+{
+    const std::size_t vertices = _source.positions.size();
+    _pointInFace.resize(vertices);
+    _pointWeight.resize(vertices);
+    _nextPoint.assign(vertices, kNone);
+    _firstPoint.assign(_faces, kNone);
+    _weight.assign(_faces, 0.0);
+    const double mean = static_cast<double>(_faces) / static_cast<double>(vertices);
+    for (std::uint32_t v = 0; v < vertices; ++v) {
+        const Mesh::VertexHandle vertex(static_cast<int>(v));
+        if (_mesh.is_isolated(vertex)) { continue; }
+        const std::size_t f = at(*_mesh.cvf_iter(vertex));
+        for (unsigned k = 0; k < 3; ++k) {
+            if (_source.triangles[f][k] == v) { _pointInFace[v] = Vector3d::Unit(k); }
+        }
+        _pointWeight[v] = 0.5 * mean + 0.5 * static_cast<double>(_faces) * _quadricArea[v] / area;
+        _nextPoint[v] = _firstPoint[f];
+        _firstPoint[f] = v;
+        _weight[f] += _pointWeight[v];
+    }
 }
 
 void Collapser::buildMesh()
@@ -347,11 +379,9 @@ bool Collapser::gatherStar(Mesh::HalfedgeHandle h, Star& star, CollapseHistory::
                 around = _mesh.next_halfedge_handle(around);
             }
             for (; _mesh.from_vertex_handle(around) != v; around = _mesh.next_halfedge_handle(around)) { ++corner; }
-            star.weight[n] = _weight[at(f)];
             step.oldFace[n] = _number[at(f)];
             step.corner[n] = static_cast<std::uint8_t>(corner);
         } else {
-            star.weight[n] = 0.0;
             star.gap = n;
         }
         if (n != 0 && onCrease && isFeature(_mesh.edge_handle(out))) { star.crease = n; }
@@ -398,7 +428,17 @@ bool Collapser::collapse(Mesh::HalfedgeHandle h)
     const auto w = _mesh.to_vertex_handle(h);
     const unsigned n = star.ringSize;
     const std::vector<FeatureEdge> edges = featuresAfter(h);
-    const auto newWeights = step.handOver(star.weight);
+    _carried.clear();
+    std::array<double, CollapseHistory::kMaxRing> newWeights{};
+    for (unsigned i = 0; i < n; ++i) {
+        for (std::uint32_t s = faces[i].is_valid() ? _firstPoint[at(faces[i])] : kNone; s != kNone; s = _nextPoint[s]) {
+            const Vector3d& b = _pointInFace[s];
+            const auto corner = static_cast<Eigen::Index>(step.corner[i]);
+            const FacePoint to = step.carry(i, Vector3d(b[corner], b[(corner + 1) % 3], b[(corner + 2) % 3]));
+            newWeights[to.face] += _pointWeight[s];
+            _carried.push_back({s, to});
+        }
+    }
     if (*std::max_element(newWeights.begin(), newWeights.begin() + n - 2) > _limits.largestWeight) { return false; }
     const std::uint32_t first = _history.add(step);
     _mesh.collapse(h);
@@ -412,6 +452,13 @@ bool Collapser::collapse(Mesh::HalfedgeHandle h)
         _number[f] = first + j;
         _firstVertex[f] = static_cast<std::uint32_t>(w.idx());
         _weight[f] = newWeights[j];
+        _firstPoint[f] = kNone;
+    }
+    for (const CarriedPoint& point : _carried) {
+        std::uint32_t& head = _firstPoint[at(faces[point.to.face + 1])];
+        _pointInFace[point.vertex] = point.to.barycentric;
+        _nextPoint[point.vertex] = head;
+        head = point.vertex;
     }
     _faces -= star.gap == CollapseHistory::Step::kNoGap ? 2 : 1;
 

@@ -48,7 +48,8 @@ osg::ref_ptr<osg::Node> makeNode(LodAsset asset, const std::string& name, const 
 {
     SelectionOptions selection;
     selection.errorPixels = positiveOption(options, kErrorPixels, selection.errorPixels);
-    selection.maxFactor = static_cast<unsigned>(std::fmin(positiveOption(options, kMaxFactor, selection.maxFactor), 1e6));
+    selection.maxFactor =
+        static_cast<unsigned>(std::fmin(positiveOption(options, kMaxFactor, selection.maxFactor), 1e6));
     if (isOptionSet(options, kNoTextures)) { asset.normals = NormalTexture(); }
     const osg::Vec3d origin(asset.lattice.origin[0], asset.lattice.origin[1], asset.lattice.origin[2]);
 
@@ -69,7 +70,10 @@ osg::ref_ptr<osg::Node> makeNode(LodAsset asset, const std::string& name, const 
 /// The TessLODDrawables of a scene and their transforms.
 class DrawableFinder : public osg::NodeVisitor {
 public:
-    DrawableFinder() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) {}
+    DrawableFinder()
+        : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN)
+    {
+    }
     META_NodeVisitor(osgTessLOD, DrawableFinder)
 
     using osg::NodeVisitor::apply;
@@ -90,8 +94,8 @@ std::shared_ptr<const LodAsset> assetOf(const osg::Node& node)
     // NodeVisitors take nodes to change; this one does not.
     const_cast<osg::Node&>(node).accept(finder);
     if (finder._drawables.size() != 1) {
-        throw std::runtime_error("a .tlod file holds exactly one TessLODDrawable, the scene has "
-                                 + std::to_string(finder._drawables.size()));
+        throw std::runtime_error("a .tlod file holds exactly one TessLODDrawable, the scene has " +
+                                 std::to_string(finder._drawables.size()));
     }
     const auto& [drawable, matrix] = finder._drawables.front();
     if (!drawable->getAsset()) { throw std::runtime_error("the scene's TessLODDrawable has no asset"); }
@@ -175,8 +179,7 @@ public:
 
 private:
     /// The result of `work`, or what went wrong with the file `name`: OSG's readers expect no exceptions.
-    template<typename Result, typename Work>
-    static Result guarded(const std::string& name, const Work& work)
+    template <typename Result, typename Work> static Result guarded(const std::string& name, const Work& work)
     {
         try {
             return work();

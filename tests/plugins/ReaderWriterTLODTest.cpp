@@ -161,7 +161,8 @@ TEST(ReaderWriterTLOD, RefusesScenesThatAFileCannotHold)
     two->addChild(drawableOf(makeSyntheticAsset()));
     two->addChild(drawableOf(makeSyntheticAsset()));
     expectRefused(*two, "exactly one");
-    const osg::ref_ptr<osg::MatrixTransform> turned = new osg::MatrixTransform(osg::Matrixd::rotate(1.0, 0.0, 0.0, 1.0));
+    const osg::ref_ptr<osg::MatrixTransform> turned =
+        new osg::MatrixTransform(osg::Matrixd::rotate(1.0, 0.0, 0.0, 1.0));
     turned->addChild(drawableOf(makeSyntheticAsset()));
     expectRefused(*turned, "rotated");
     const osg::ref_ptr<TessLODDrawable> empty = new TessLODDrawable;
@@ -200,7 +201,8 @@ TEST(ReaderWriterTLOD, TakesOptions)
     const TemporaryDirectory folder;
     writeTlod(folder.file("x.tlod"), makeSyntheticAsset(16, true));
     const auto readWith = [&](const char* options) {
-        return osg::ref_ptr<TessLODDrawable>(dynamic_cast<TessLODDrawable*>(read(folder.file("x.tlod"), options).getNode()));
+        return osg::ref_ptr<TessLODDrawable>(
+            dynamic_cast<TessLODDrawable*>(read(folder.file("x.tlod"), options).getNode()));
     };
 
     const osg::ref_ptr<TessLODDrawable> plain = readWith("");
@@ -221,7 +223,8 @@ TEST(ReaderWriterTLOD, RefusesMalformedOptions)
 {
     const TemporaryDirectory folder;
     writeTlod(folder.file("x.tlod"), makeSyntheticAsset());
-    for (const char* option : {"errorPixels=fine", "errorPixels=0", "errorPixels=-1", "errorPixels=nan", "maxFactor=8x"}) {
+    for (const char* option :
+         {"errorPixels=fine", "errorPixels=0", "errorPixels=-1", "errorPixels=nan", "maxFactor=8x"}) {
         const ReadResult result = read(folder.file("x.tlod"), option);
         EXPECT_EQ(result.status(), ReadResult::ERROR_IN_READING_FILE) << option;
         EXPECT_NE(result.message().find(option), std::string::npos) << result.message();

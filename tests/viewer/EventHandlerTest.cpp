@@ -24,7 +24,10 @@ namespace {
 /// All text below a node.
 class TextFinder : public osg::NodeVisitor {
 public:
-    TextFinder() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) {}
+    TextFinder()
+        : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN)
+    {
+    }
     using osg::NodeVisitor::apply;
     void apply(osg::Drawable& drawable) override
     {

@@ -4,8 +4,8 @@
 #include <asset/TemporaryDirectory.h>
 #include <viewer/FileBytes.h>
 
-#include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/asset/TessellationPattern.h>
+#include <osgTessLOD/asset/TlodFile.h>
 
 #include <gtest/gtest.h>
 
@@ -33,8 +33,8 @@ struct Outcome {
 Outcome runViewer(const TemporaryDirectory& folder, const std::string& arguments, const std::string& environment = "")
 {
     const std::string log = folder.file("viewer.log");
-    const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY -u OSG_LIBRARY_PATH " + environment + " "
-                                + std::string(OSGTESSLOD_VIEWER) + " " + arguments + " > '" + log + "' 2>&1";
+    const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY -u OSG_LIBRARY_PATH " + environment + " " +
+                                std::string(OSGTESSLOD_VIEWER) + " " + arguments + " > '" + log + "' 2>&1";
     const int status = std::system(command.c_str());
     Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, readBytes(log)};
     std::filesystem::remove(log);
@@ -146,8 +146,9 @@ TEST_F(Viewer, HeadlessWritesAPicture)
 TEST_F(Viewer, HeadlessCapturesAClosedSurface)
 {
     for (const char* error : {"0.5", "3.7", "40"}) {
-        const Outcome outcome = run("--headless --no-cull --size 400x300 --error-pixels " + std::string(error) + " --capture "
-                                    + folder.file("c.ply") + " --stats " + folder.file("s.json") + " " + model());
+        const Outcome outcome =
+            run("--headless --no-cull --size 400x300 --error-pixels " + std::string(error) + " --capture " +
+                folder.file("c.ply") + " --stats " + folder.file("s.json") + " " + model());
         ASSERT_EQ(outcome.status, 0) << outcome.output;
         const Ply ply = readPly(folder.file("c.ply"));
         EXPECT_GE(ply.faces.size(), 8U);
@@ -160,7 +161,8 @@ TEST_F(Viewer, HeadlessCapturesAClosedSurface)
         EXPECT_EQ(stats["capture"]["triangles"], stats["triangles"]) << "announced, and captured from the GPU";
         EXPECT_EQ(stats["capture"]["faces"], ply.faces.size());
         EXPECT_EQ(stats["capture"]["vertices"], ply.vertices);
-        EXPECT_EQ(stats["capture"]["faces"].get<std::size_t>() + stats["capture"]["degenerateTriangles"].get<std::size_t>(),
+        EXPECT_EQ(stats["capture"]["faces"].get<std::size_t>() +
+                      stats["capture"]["degenerateTriangles"].get<std::size_t>(),
                   stats["triangles"].get<std::size_t>());
     }
 }
@@ -168,7 +170,8 @@ TEST_F(Viewer, HeadlessCapturesAClosedSurface)
 TEST_F(Viewer, HeadlessStatisticsAgreeWithThemselves)
 {
     const Outcome outcome = run("--headless --no-cull --size 320x200 --fov 40 --frames 3 --error-pixels 2.5"
-                                " --camera 0,-5,0,0,0,0,0,0,1 --stats " + folder.file("s.json") + " " + model());
+                                " --camera 0,-5,0,0,0,0,0,0,1 --stats " +
+                                folder.file("s.json") + " " + model());
     ASSERT_EQ(outcome.status, 0) << outcome.output;
     const nlohmann::json stats = readJson(folder.file("s.json"));
 
@@ -182,7 +185,8 @@ TEST_F(Viewer, HeadlessStatisticsAgreeWithThemselves)
     std::size_t triangles = 0;
     for (const auto& [factor, count] : stats["patchesByFactor"].items()) {
         patches += count.get<std::size_t>();
-        triangles += count.get<std::size_t>() * TessellationPattern::triangleCount(static_cast<unsigned>(std::stoul(factor)));
+        triangles +=
+            count.get<std::size_t>() * TessellationPattern::triangleCount(static_cast<unsigned>(std::stoul(factor)));
     }
     EXPECT_EQ(stats["patchesDrawn"], patches);
     EXPECT_EQ(stats["triangles"], triangles);
@@ -218,8 +222,8 @@ TEST_F(Viewer, AsksForTheErrorOfOptionOrPlugin)
 
 TEST_F(Viewer, CapsTheFactor)
 {
-    const Outcome outcome = run("--headless --size 400x400 --error-pixels 0.01 --max-factor 4 --stats "
-                                + folder.file("s.json") + " " + model());
+    const Outcome outcome = run("--headless --size 400x400 --error-pixels 0.01 --max-factor 4 --stats " +
+                                folder.file("s.json") + " " + model());
     ASSERT_EQ(outcome.status, 0) << outcome.output;
     for (const auto& [factor, count] : readJson(folder.file("s.json"))["patchesByFactor"].items()) {
         EXPECT_LE(std::stoul(factor), 4U);
@@ -229,7 +233,8 @@ TEST_F(Viewer, CapsTheFactor)
 TEST_F(Viewer, CullsPatchesOutsideTheView)
 {
     // A narrow view past the side x > 0.5: the four patches at x < 0 are out, the other four in.
-    const std::string view = "--headless --size 100x100 --fov 10 --camera 0,-5,0,1,0,0,0,0,1 --stats " + folder.file("s.json");
+    const std::string view =
+        "--headless --size 100x100 --fov 10 --camera 0,-5,0,1,0,0,0,0,1 --stats " + folder.file("s.json");
     ASSERT_EQ(run(view + " " + model()).status, 0);
     const nlohmann::json culled = readJson(folder.file("s.json"));
     EXPECT_EQ(culled["patchesCulled"], 4);
@@ -242,7 +247,9 @@ TEST_F(Viewer, DrawsWireframeAndLevelsDifferently)
 {
     const auto picture = [&](const std::string& options) {
         const std::string path = folder.file("p.png");
-        EXPECT_EQ(run("--headless --size 120x120 --error-pixels 4 " + options + " --screenshot " + path + " " + model()).status, 0);
+        EXPECT_EQ(run("--headless --size 120x120 --error-pixels 4 " + options + " --screenshot " + path + " " + model())
+                      .status,
+                  0);
         return readBytes(path);
     };
     const std::string plain = picture("");
@@ -256,15 +263,16 @@ TEST_F(Viewer, CapturesInWorldSpace)
     LodAsset asset = makeSyntheticAsset(4, false);
     asset.lattice.origin = {1e7, 0.0, 0.0};
     writeTlod(folder.file("far.tlod"), asset);
-    const Outcome outcome = run("--headless --size 100x100 --capture " + folder.file("c.ply") + " " + folder.file("far.tlod"));
+    const Outcome outcome =
+        run("--headless --size 100x100 --capture " + folder.file("c.ply") + " " + folder.file("far.tlod"));
     ASSERT_EQ(outcome.status, 0) << outcome.output;
     for (const auto& position : readPly(folder.file("c.ply")).positions) { ASSERT_NEAR(position[0], 1e7, 1.1); }
 }
 
 TEST_F(Viewer, EndsWithAMessageWhereThereIsNothingToShow)
 {
-    const std::string outputs = "--headless --screenshot " + folder.file("p.png") + " --capture " + folder.file("c.ply") + " --stats "
-                                + folder.file("s.json");
+    const std::string outputs = "--headless --screenshot " + folder.file("p.png") + " --capture " +
+                                folder.file("c.ply") + " --stats " + folder.file("s.json");
     const auto expectFailure = [&](const std::string& arguments, const std::string& message) {
         const Outcome outcome = run(arguments);
         EXPECT_EQ(outcome.status, 1) << arguments;
@@ -289,11 +297,26 @@ TEST_F(Viewer, EndsWithAMessageWhereThereIsNothingToShow)
 
 TEST_F(Viewer, RefusesMalformedArguments)
 {
-    for (const std::string& arguments :
-         std::vector<std::string>{"--size 10", "--size 0x10", "--size 10x10x10", "--size axb", "--size 99999x10", "--camera 1,2,3",
-          "--camera 0,0,0,0,0,0,0,0,1", "--camera 0,0,0,0,0,1,0,0,1", "--camera 0,-5,0,0,0,0,0,0,nan", "--fov 0", "--fov 180",
-          "--fov wide", "--error-pixels 0", "--error-pixels -1", "--error-pixels inf", "--max-factor 0", "--max-factor 1.5",
-          "--frames 0", "--unheardof", "--screenshot"}) {
+    for (const std::string& arguments : std::vector<std::string>{"--size 10",
+                                                                 "--size 0x10",
+                                                                 "--size 10x10x10",
+                                                                 "--size axb",
+                                                                 "--size 99999x10",
+                                                                 "--camera 1,2,3",
+                                                                 "--camera 0,0,0,0,0,0,0,0,1",
+                                                                 "--camera 0,0,0,0,0,1,0,0,1",
+                                                                 "--camera 0,-5,0,0,0,0,0,0,nan",
+                                                                 "--fov 0",
+                                                                 "--fov 180",
+                                                                 "--fov wide",
+                                                                 "--error-pixels 0",
+                                                                 "--error-pixels -1",
+                                                                 "--error-pixels inf",
+                                                                 "--max-factor 0",
+                                                                 "--max-factor 1.5",
+                                                                 "--frames 0",
+                                                                 "--unheardof",
+                                                                 "--screenshot"}) {
         const std::string option = arguments.substr(0, arguments.find(' '));
         // The last is to be the option that lacks its value.
         const Outcome outcome = run("--headless " + model() + " " + arguments);
