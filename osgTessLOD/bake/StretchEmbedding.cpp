@@ -18,7 +18,11 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Plane = std::vector<Vector2d>;
 
-constexpr int kMostRounds = 12;
+constexpr int kMostRounds = 24;
+/// Energies less than this much lower are not worth a further round.
+constexpr double kWorthwhile = 0.99;
+/// Rounds in a row that may fail to lower the energy.
+constexpr int kPatience = 3;
 /// Half angles are cut off here: their tangents, the weights, stay below 15.
 constexpr double kLargestHalfAngle = 1.5;
 /// A vertex' stretch changes its neighbours' weights by no more than this factor in one round.
@@ -170,16 +174,19 @@ bool embedEvenly(const DiscMesh& mesh, Plane& plane)
     MeanSolver solver(mesh);
     std::vector<WeightedEdge> weights = meanValueWeights(mesh);
     double best = std::numeric_limits<double>::infinity();
-    for (int round = 0; round < kMostRounds; ++round) {
+    int failures = 0;
+    for (int round = 0; round < kMostRounds && failures < kPatience; ++round) {
         Plane candidate = plane;
         if (!solver.solve(weights, candidate)) { break; }
-        // The first rounds may squeeze parts until rounding turns triangles over; their stretch gives them room.
         const Stretch stretch = measureStretch(mesh, candidate);
-        const bool positive = isPositive(mesh, candidate);
-        if (positive && !(stretch.energy < best)) { break; }
-        if (positive) {
+        if (!isPositive(mesh, candidate)) {
+            // The first rounds may squeeze parts until rounding turns triangles over; their stretch gives them room.
+        } else if (stretch.energy < kWorthwhile * best) {
             best = stretch.energy;
             plane = std::move(candidate);
+            failures = 0;
+        } else {
+            ++failures;
         }
         for (WeightedEdge& e : weights) { e.weight /= stretch.atVertex[e.neighbour]; }
     }

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "ResultTable.h"
+#include "Scenes.h"
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+#include <vector>
+
+namespace osgTessLOD::benchmarks {
+
+/// What a benchmark found.
+struct BenchmarkResult {
+    nlohmann::ordered_json summary = nlohmann::ordered_json::object();
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array(); ///< one object per row of the table, and more in it
+    ResultTable table;
+    std::string glRenderer;            ///< empty: nothing was drawn
+    std::vector<std::string> failures; ///< "scene: why", for each scene that could not be measured
+};
+
+/// Bakes every scene `runs` times, each time in a process of its own. Times are medians.
+BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, unsigned runs);
+
+/// Draws every scene, baked first unless it is a .tlod file, from several distances and at several errors without a
+/// window. Times are medians over `frames` frames.
+BenchmarkResult benchmarkFrames(const std::vector<Scene>& scenes, unsigned frames);
+
+double median(std::vector<double> values);
+
+} // namespace osgTessLOD::benchmarks

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// osgtesslodbench: measures what bakes and frames take.
+#include "Benchmark.h"
+#include "Machine.h"
+
+#include <osgTessLOD/asset/AtomicFile.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <stdexcept>
+
+namespace {
+
+using namespace osgTessLOD::benchmarks;
+
+/// What the command line asks for.
+struct Arguments {
+    std::vector<std::string> scenes;
+    std::string jsonFile;
+    unsigned runs = 3;
+    unsigned frames = 20;
+    bool quick = false;
+    bool markdown = false;
+};
+
+void declareCommon(CLI::App& command, Arguments& arguments)
+{
+    command.add_option("--scene", arguments.scenes,
+                       "measure this scene: a name or a file; may be given several times. Without: the built-in "
+                       "surfaces, and scans/*.{ply,obj} in the folder that OSGTESSLOD_DATA names")
+        ->allow_extra_args(false);
+    command.add_flag("--quick", arguments.quick, "measure the two smallest scenes a few times: under a minute");
+    command.add_option("--json", arguments.jsonFile, "write all figures to this file");
+    command.add_flag("--markdown", arguments.markdown, "print the table as Markdown, and nothing else");
+}
+
+std::vector<Scene> scenesOf(const Arguments& arguments)
+{
+    if (arguments.scenes.empty()) { return arguments.quick ? quickScenes() : allScenes(); }
+    std::vector<Scene> scenes;
+    for (const std::string& name : arguments.scenes) { scenes.push_back(findScene(name)); }
+    return scenes;
+}
+
+void writeReport(osgTessLOD::AtomicFile& file, const BenchmarkResult& result)
+{
+    nlohmann::ordered_json machine = describeMachine();
+    if (!result.glRenderer.empty()) { machine["glRenderer"] = result.glRenderer; }
+    const nlohmann::ordered_json report{{"summary", result.summary}, {"rows", result.rows}, {"machine", machine}};
+    file.stream() << report.dump(2) << '\n';
+    file.commit();
+}
+
+/// The exit status: 1 if a scene could not be measured.
+int run(const CLI::App& bake, const Arguments& arguments)
+{
+    const std::vector<Scene> scenes = scenesOf(arguments);
+    for (const Scene& scene : scenes) {
+        if (bake.parsed() && isBaked(scene)) { throw std::runtime_error(scene.source + ": is baked already"); }
+    }
+    // Before anything is measured: a file that cannot be written is to be known at once.
+    std::unique_ptr<osgTessLOD::AtomicFile> file;
+    if (!arguments.jsonFile.empty()) { file = std::make_unique<osgTessLOD::AtomicFile>(arguments.jsonFile); }
+
+    const BenchmarkResult result = bake.parsed() ? benchmarkBakes(scenes, arguments.quick ? 1 : arguments.runs)
+                                                 : benchmarkFrames(scenes, arguments.quick ? 3 : arguments.frames);
+    fmt::print("{}", result.table.toText(arguments.markdown));
+    if (!arguments.markdown && !result.glRenderer.empty()) { fmt::print("GL renderer: {}\n", result.glRenderer); }
+    if (file) { writeReport(*file, result); }
+    for (const std::string& failure : result.failures) { fmt::print(stderr, "osgtesslodbench: {}\n", failure); }
+    return result.failures.empty() ? 0 : 1;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    Arguments arguments;
+    CLI::App app("Measures what baking surfaces and drawing them takes.", "osgtesslodbench");
+    app.require_subcommand(1);
+    CLI::App* bake = app.add_subcommand("bake", "time, memory, file size and error of bakes");
+    CLI::App* frame = app.add_subcommand("frame", "times and triangles of frames drawn without a window");
+    declareCommon(*bake, arguments);
+    declareCommon(*frame, arguments);
+    bake->add_option("--runs", arguments.runs, "bakes per scene, each in a process of its own")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1000));
+    frame->add_option("--frames", arguments.frames, "frames to take the median of, after two to warm up")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000));
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : 1;
+    }
+    try {
+        return run(*bake, arguments);
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "osgtesslodbench: {}\n", error.what());
+        return 1;
+    }
+}
