@@ -36,7 +36,9 @@ Json bakeOnce(const Scene& scene, const std::string& path, bool details)
     json["fileBytes"] = std::filesystem::file_size(path);
     json["normalBytes"] = std::uint64_t{0};
     for (const TlodChunk& chunk : readTlodContents(path)) {
-        if (chunk.type == "NRML") { json["normalBytes"] = json["normalBytes"].get<std::uint64_t>() + chunk.storedBytes; }
+        if (chunk.type == "NRML") {
+            json["normalBytes"] = json["normalBytes"].get<std::uint64_t>() + chunk.storedBytes;
+        }
     }
     const bake::HausdorffDistance distance = distanceToSource(asset, scene);
     json["levelToSource"] = distance.forward;
@@ -109,13 +111,28 @@ Json summarize(const Scene& scene, const std::vector<Json>& runs)
             {"boundPercent", percent(finest["largest_error"])}};
 }
 
+/// Distances are computed in single precision.
+bool boundHolds(const Json& row)
+{
+    constexpr double kTolerancePercent = 1e-4;
+    const double bound = row["boundPercent"].get<double>() + kTolerancePercent;
+    return row["levelToSourcePercent"].get<double>() <= bound && row["sourceToLevelPercent"].get<double>() <= bound;
+}
+
+std::string secondsText(const Json& row)
+{
+    const auto text = [&](const char* key) { return fmt::format("{:.1f}", row[key].get<double>()); };
+    if (row["runs"] == 1) { return text("seconds"); }
+    return text("seconds") + " (" + text("secondsLeast") + "–" + text("secondsMost") + ")";
+}
+
 std::vector<std::string> tableRow(const Json& row)
 {
     const auto number = [&](const char* key) { return row[key].get<double>(); };
     return {row["scene"].get<std::string>(),
             grouped(row["sourceTriangles"].get<std::uint64_t>()),
             grouped(row["patches"].get<std::uint64_t>()),
-            fmt::format("{:.1f} ({:.1f}–{:.1f})", number("seconds"), number("secondsLeast"), number("secondsMost")),
+            secondsText(row),
             longestStages(row["stageSeconds"], number("seconds")),
             fmt::format("{:.0f}", number("peakMebibytes")),
             grouped(row["fileBytes"].get<std::uint64_t>()),
@@ -136,8 +153,8 @@ Json summaryOf(const Json& rows)
         seconds += row["seconds"].get<double>();
         peak = std::max(peak, row["peakMebibytes"].get<double>());
         bytes = std::max(bytes, row["fileBytesPerFinestVertex"].get<double>());
-        distance = std::max({distance, row["levelToSourcePercent"].get<double>(),
-                             row["sourceToLevelPercent"].get<double>()});
+        distance =
+            std::max({distance, row["levelToSourcePercent"].get<double>(), row["sourceToLevelPercent"].get<double>()});
     }
     return {{"scenes", rows.size()},
             {"seconds", seconds},
@@ -156,26 +173,31 @@ double median(std::vector<double> values)
     return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2.0;
 }
 
-BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, unsigned runs)
+BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, unsigned runs, const std::string& keepFolder)
 {
     const WorkFolder folder;
+    const auto fileOf = [&](const Scene& scene) {
+        return keepFolder.empty() ? folder.file("scene.tlod") : keepFolder + "/" + scene.name + ".tlod";
+    };
     BenchmarkResult result;
-    result.table.headers = {"scene",      "triangles",       "patches",    "seconds",  "longest stages",
-                            "peak MiB",   "file bytes",      "B / vertex", "without normals",
-                            "level → source %", "source → level %", "bound %"};
+    result.table.headers = {"scene",           "triangles",        "patches",          "seconds",
+                            "longest stages",  "peak MiB",         "file bytes",       "B / vertex",
+                            "without normals", "level → source %", "source → level %", "bound %"};
     for (const Scene& scene : scenes) {
         std::vector<Json> all;
         try {
             for (unsigned run = 0; run < runs; ++run) {
                 fmt::print(stderr, "{}: bake {} of {}\n", scene.name, run + 1, runs);
-                all.push_back(
-                    runInChild([&] { return bakeOnce(scene, folder.file("scene.tlod"), run == 0); }));
+                all.push_back(runInChild([&] { return bakeOnce(scene, fileOf(scene), run == 0); }));
             }
         } catch (const std::exception& error) {
             result.failures.push_back(scene.name + ": " + error.what());
             continue;
         }
         result.rows.push_back(summarize(scene, all));
+        if (!boundHolds(result.rows.back())) {
+            result.failures.push_back(scene.name + ": the finest level is further from the source than its bound");
+        }
         result.table.rows.push_back(tableRow(result.rows.back()));
     }
     result.summary = summaryOf(result.rows);

@@ -21,7 +21,8 @@ struct BenchmarkResult {
 };
 
 /// Bakes every scene `runs` times, each time in a process of its own. Times are medians.
-BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, unsigned runs);
+/// The .tlod files are kept in `keepFolder`, named after their scenes, unless it is empty.
+BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, unsigned runs, const std::string& keepFolder);
 
 /// Draws every scene, baked first unless it is a .tlod file, from several distances and at several errors without a
 /// window. Times are medians over `frames` frames.

@@ -37,7 +37,8 @@ constexpr std::array<double, 2> kErrorsPixels{1.0, 4.0};
 /// Where to look from: along the axis of OSG's home position, which is −y, at the centre of the bounding box.
 struct View {
     const char* name;
-    std::optional<double> distance; ///< of the eye from the centre in diagonals of the bounding box; none: home position
+    std::optional<double>
+        distance; ///< of the eye from the centre in diagonals of the bounding box; none: home position
 };
 constexpr std::array<View, 3> kViews{View{"close", 0.6}, View{"home", std::nullopt}, View{"far", 10.0}};
 
@@ -121,6 +122,7 @@ std::vector<std::string> tableRow(const Json& row)
             row["view"].get<std::string>(),
             fmt::format("{:g}", row["errorPixels"].get<double>()),
             count("patchesDrawn"),
+            count("patchesCulled"),
             count("patchesSaturated"),
             count("triangles"),
             time("cullMilliseconds"),
@@ -149,8 +151,8 @@ void benchmarkScene(const Scene& scene, unsigned frames, const WorkFolder& folde
     for (const View& view : kViews) {
         for (const double errorPixels : kErrorsPixels) {
             fmt::print(stderr, "{}: {} view, {:g} pixels\n", scene.name, view.name, errorPixels);
-            const Json statistics = runInChild(
-                [&] { return drawOnce(path, view, errorPixels, frames, folder.file("statistics.json")); });
+            const Json statistics =
+                runInChild([&] { return drawOnce(path, view, errorPixels, frames, folder.file("statistics.json")); });
             result.glRenderer = statistics["gl"]["renderer"].get<std::string>();
             result.rows.push_back(toRow(scene, view, errorPixels, statistics));
             result.table.rows.push_back(tableRow(result.rows.back()));
@@ -181,8 +183,8 @@ BenchmarkResult benchmarkFrames(const std::vector<Scene>& scenes, unsigned frame
 {
     const WorkFolder folder;
     BenchmarkResult result;
-    result.table.headers = {"scene",     "view",    "error px", "patches", "saturated",
-                            "triangles", "cull ms", "draw ms",  "frame ms"};
+    result.table.headers = {"scene",     "view",      "error px", "drawn",   "culled",
+                            "saturated", "triangles", "cull ms",  "draw ms", "frame ms"};
     for (const Scene& scene : scenes) {
         try {
             benchmarkScene(scene, frames, folder, result);

@@ -21,6 +21,7 @@ using namespace osgTessLOD::benchmarks;
 struct Arguments {
     std::vector<std::string> scenes;
     std::string jsonFile;
+    std::string keepFolder;
     unsigned runs = 3;
     unsigned frames = 20;
     bool quick = false;
@@ -29,9 +30,10 @@ struct Arguments {
 
 void declareCommon(CLI::App& command, Arguments& arguments)
 {
-    command.add_option("--scene", arguments.scenes,
-                       "measure this scene: a name or a file; may be given several times. Without: the built-in "
-                       "surfaces, and scans/*.{ply,obj} in the folder that OSGTESSLOD_DATA names")
+    command
+        .add_option("--scene", arguments.scenes,
+                    "measure this scene: a name or a file; may be given several times. Without: the built-in "
+                    "surfaces, and scans/*.{ply,obj} in the folder that OSGTESSLOD_DATA names")
         ->allow_extra_args(false);
     command.add_flag("--quick", arguments.quick, "measure the two smallest scenes a few times: under a minute");
     command.add_option("--json", arguments.jsonFile, "write all figures to this file");
@@ -66,9 +68,10 @@ int run(const CLI::App& bake, const Arguments& arguments)
     std::unique_ptr<osgTessLOD::AtomicFile> file;
     if (!arguments.jsonFile.empty()) { file = std::make_unique<osgTessLOD::AtomicFile>(arguments.jsonFile); }
 
-    const BenchmarkResult result = bake.parsed() ? benchmarkBakes(scenes, arguments.quick ? 1 : arguments.runs)
-                                                 : benchmarkFrames(scenes, arguments.quick ? 3 : arguments.frames);
-    fmt::print("{}", result.table.toText(arguments.markdown));
+    const BenchmarkResult result =
+        bake.parsed() ? benchmarkBakes(scenes, arguments.quick ? 1 : arguments.runs, arguments.keepFolder)
+                      : benchmarkFrames(scenes, arguments.quick ? 3 : arguments.frames);
+    if (!result.rows.empty()) { fmt::print("{}", result.table.toText(arguments.markdown)); }
     if (!arguments.markdown && !result.glRenderer.empty()) { fmt::print("GL renderer: {}\n", result.glRenderer); }
     if (file) { writeReport(*file, result); }
     for (const std::string& failure : result.failures) { fmt::print(stderr, "osgtesslodbench: {}\n", failure); }
@@ -89,6 +92,8 @@ int main(int argc, char** argv)
     bake->add_option("--runs", arguments.runs, "bakes per scene, each in a process of its own")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
+    bake->add_option("--keep", arguments.keepFolder, "keep the .tlod files in this folder, for frame --scene")
+        ->check(CLI::ExistingDirectory);
     frame->add_option("--frames", arguments.frames, "frames to take the median of, after two to warm up")
         ->capture_default_str()
         ->check(CLI::Range(1, 100000));

@@ -8,12 +8,14 @@
 #include <osgTessLOD/bake/ChartError.h>
 #include <osgTessLOD/bake/NormalBaker.h>
 #include <osgTessLOD/bake/PatchChart.h>
+#include <osgTessLOD/bake/RefinedPatches.h>
 #include <osgTessLOD/bake/UniformLevels.h>
 
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <chrono>
@@ -61,7 +63,14 @@ std::vector<std::uint16_t> powerOfTwoLadder(unsigned maxFactor)
     return ladder;
 }
 
-std::unique_ptr<ControlMesh> makeControlMesh(const std::string& path, const BakeOptions& options, Progress& progress,
+/// The patches of a mesh, and what of the mesh they are still to be compared with.
+struct MeshPatches {
+    std::unique_ptr<PatchMap> map;
+    const SourceMesh* source = nullptr;        ///< owned by the map
+    std::vector<std::uint32_t> patchOfVertex;  ///< per source vertex
+};
+
+MeshPatches makeMeshPatches(const std::string& path, const BakeOptions& options, Progress& progress,
                                              BakeReport& report)
 {
     progress.begin("import", 1, "file");
@@ -73,8 +82,21 @@ std::unique_ptr<ControlMesh> makeControlMesh(const std::string& path, const Bake
     normalizeFrame(mesh);
     progress.step(1);
     progress.end();
-    return timed(report, "control mesh",
-                 [&] { return std::make_unique<ControlMesh>(std::move(mesh), options.controlMesh, progress); });
+    auto controlMesh = timed(report, "control mesh", [&] {
+        return std::make_unique<ControlMesh>(std::move(mesh), options.controlMesh, progress);
+    });
+    const ControlMesh& base = *controlMesh;
+    auto refined = timed(report, "refine patches", [&] {
+        return std::make_unique<RefinedPatches>(std::move(controlMesh), options.maxFactor, options.patchTolerance, progress);
+    });
+    MeshPatches result;
+    result.source = &base.source();
+    result.patchOfVertex.resize(base.source().positions.size());
+    tbb::parallel_for(std::size_t{0}, result.patchOfVertex.size(), [&](std::size_t v) {
+        result.patchOfVertex[v] = refined->fromBase(base.patchPointOf(static_cast<std::uint32_t>(v))).face;
+    });
+    result.map = std::move(refined);
+    return result;
 }
 
 void summarizeLevels(const LodAsset& asset, BakeReport& report)
@@ -107,16 +129,17 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
     const unsigned chartFactor = kReferenceOversampling * options.maxFactor;
 
     std::unique_ptr<PatchMap> map;
-    const ControlMesh* mesh = nullptr;
+    MeshPatches mesh;
     if (source.rfind(kBuiltinPrefix, 0) == 0) {
         map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
     } else {
-        auto controlMesh = makeControlMesh(source, options, progress, report);
-        mesh = controlMesh.get();
-        map = std::move(controlMesh);
+        mesh = makeMeshPatches(source, options, progress, report);
+        map = std::move(mesh.map);
     }
     ChartSet charts = timed(report, "charts", [&] { return makeCharts(*map, chartFactor, progress); });
-    if (mesh != nullptr) { timed(report, "chart distance", [&] { measureChartErrors(*mesh, charts, progress); }); }
+    if (mesh.source != nullptr) {
+        timed(report, "chart distance", [&] { measureChartErrors(*mesh.source, mesh.patchOfVertex, charts, progress); });
+    }
     const LevelHierarchy hierarchy =
         timed(report, "levels", [&] { return makeUniformLevels(map->topology(), charts, ladder, progress); });
     LodAsset asset = timed(report, "errors", [&] { return assembleAsset(*map, charts, hierarchy, progress); });
@@ -131,7 +154,7 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
 
     report.source = source;
     report.sourceTriangles = asset.sourceTriangles;
-    report.isMesh = mesh != nullptr;
+    report.isMesh = mesh.source != nullptr;
     report.patches = asset.patches.size();
     report.diagonal = map->frame().scale;
     summarizeLevels(asset, report);

@@ -238,6 +238,15 @@ BisectionForest::BisectionForest(const PatchTopology& topology, const Surface& s
     }
 }
 
+void BisectionForest::bisect(const std::vector<std::uint32_t>& leaves, const Surface& surface)
+{
+    const Limits none{};
+    Builder builder{*this, surface, none, {}, {}, {}, {}};
+    builder.firstPoint.assign(_nodes.size(), kNone);
+    builder.pointCount.assign(_nodes.size(), 0);
+    for (const std::uint32_t leaf : leaves) { builder.refine(leaf); }
+}
+
 FacePoint BisectionForest::toLeaf(const FacePoint& patchPoint) const
 {
     FacePoint point = patchPoint;

@@ -35,6 +35,9 @@ public:
     BisectionForest(const PatchTopology& topology, const Surface& surface, const std::vector<FacePoint>& points,
                     const Limits& limits);
 
+    /// Bisects these leaves, and others as far as no vertex may hang. `surface` is the constructor's.
+    void bisect(const std::vector<std::uint32_t>& leaves, const Surface& surface);
+
     std::size_t nodeCount() const { return _nodes.size(); }
     bool isLeaf(std::uint32_t node) const { return _nodes[node].firstChild == kNone; }
     std::uint32_t patchOf(std::uint32_t node) const { return _nodes[node].patch; }

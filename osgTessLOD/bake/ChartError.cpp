@@ -18,30 +18,25 @@ struct VerticesByPatch {
     std::vector<std::uint32_t> vertices;
 };
 
-VerticesByPatch sortVertices(const ControlMesh& mesh)
+VerticesByPatch sortVertices(const std::vector<std::uint32_t>& patchOf, std::size_t patches)
 {
-    const std::size_t count = mesh.source().positions.size();
-    std::vector<std::uint32_t> patchOf(count);
-    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t v) {
-        patchOf[v] = mesh.patchPointOf(static_cast<std::uint32_t>(v)).face;
-    });
     VerticesByPatch result;
-    result.first.assign(mesh.topology().patches.size() + 1, 0);
+    result.first.assign(patches + 1, 0);
     for (const std::uint32_t p : patchOf) { ++result.first[p + 1]; }
     for (std::size_t p = 0; p + 1 < result.first.size(); ++p) { result.first[p + 1] += result.first[p]; }
     std::vector<std::uint32_t> next(result.first.begin(), result.first.end() - 1);
-    result.vertices.resize(count);
-    for (std::size_t v = 0; v < count; ++v) { result.vertices[next[patchOf[v]]++] = static_cast<std::uint32_t>(v); }
+    result.vertices.resize(patchOf.size());
+    for (std::size_t v = 0; v < patchOf.size(); ++v) { result.vertices[next[patchOf[v]]++] = static_cast<std::uint32_t>(v); }
     return result;
 }
 
 } // namespace
 
-void measureChartErrors(const ControlMesh& mesh, ChartSet& set, Progress& progress)
+void measureChartErrors(const SourceMesh& source, const std::vector<std::uint32_t>& patchOf, ChartSet& set,
+                        Progress& progress)
 {
     progress.begin("chart distance", set.charts.size(), "patches");
-    const SourceMesh& source = mesh.source();
-    const VerticesByPatch byPatch = sortVertices(mesh);
+    const VerticesByPatch byPatch = sortVertices(patchOf, set.charts.size());
     const SurfaceDistance toSource(source.positions, source.triangles);
     const TessellationPattern pattern(set.factor);
     tbb::parallel_for(std::size_t{0}, set.charts.size(), [&](std::size_t p) {

@@ -20,9 +20,9 @@ struct ControlMeshOptions {
     /// Patches to stop at; 0: sourceTriangles / trianglesPerPatch, at least 1. More remain where topology, creases or
     /// shape forbid further collapses.
     std::size_t patches = 0;
-    double trianglesPerPatch = 3072.0;
+    double trianglesPerPatch = 1024.0;
     /// No patch takes the place of more than this many times the average number of source triangles.
-    double largestShare = 4.0;
+    double largestShare = 2.0;
     /// Edges whose faces' normals differ by more are creases, which collapse only along themselves.
     double creaseAngleRadians = 1.05;
     /// Chains of crease edges shorter than this, in units of the model's size, are noise and no creases.

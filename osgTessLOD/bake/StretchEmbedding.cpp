@@ -25,6 +25,9 @@ constexpr double kWorthwhile = 0.99;
 constexpr int kPatience = 3;
 /// Half angles are cut off here: their tangents, the weights, stay below 15.
 constexpr double kLargestHalfAngle = 1.5;
+/// Limits of how densely a part of a patch is sampled compared with the rest.
+constexpr double kLeastDensity = 0.7;
+constexpr double kMostDensity = 4.0;
 /// A vertex' stretch changes its neighbours' weights by no more than this factor in one round.
 constexpr double kLargestChange = 8.0;
 
@@ -125,13 +128,59 @@ private:
     bool _analyzed = false;
 };
 
+/// How densely each vertex' surroundings are to be sampled, compared with the rest: the error of linear pieces of size h
+/// where the curvature is κ goes with κ·h², so h should go with 1/√κ. Averaged over neighbours, within limits.
+std::vector<double> wantedDensity(const DiscMesh& mesh)
+{
+    const std::size_t count = mesh.positions.size();
+    std::vector<Vector3d> normals(count, Vector3d::Zero());
+    std::vector<Vector3d> faceNormals;
+    for (const auto& t : mesh.triangles) {
+        const Vector3d& a = mesh.positions[t[0]];
+        faceNormals.push_back((mesh.positions[t[1]] - a).cross(mesh.positions[t[2]] - a));
+        for (const std::uint32_t v : t) { normals[v] += faceNormals.back(); }
+    }
+    const auto averaged = [&](const auto& valueAtCorner) {
+        std::vector<double> sum(count, 0.0);
+        std::vector<double> area(count, 0.0);
+        for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+            const double own = faceNormals[f].norm();
+            for (const std::uint32_t v : mesh.triangles[f]) {
+                sum[v] += own * valueAtCorner(f, v);
+                area[v] += own;
+            }
+        }
+        for (std::size_t v = 0; v < count; ++v) { sum[v] = area[v] > 0.0 ? sum[v] / area[v] : 0.0; }
+        return sum;
+    };
+    const std::vector<double> curvature = averaged([&](std::size_t f, std::uint32_t v) {
+        const double size = std::sqrt(faceNormals[f].norm());
+        const double angle = std::atan2(faceNormals[f].cross(normals[v]).norm(), faceNormals[f].dot(normals[v]));
+        return size > 0.0 ? angle / size : 0.0;
+    });
+    std::vector<double> density(curvature);
+    const auto middle = density.begin() + static_cast<std::ptrdiff_t>(count / 2);
+    std::nth_element(density.begin(), middle, density.end());
+    const double typical = *middle;
+    for (std::size_t v = 0; v < count; ++v) {
+        density[v] = typical > 0.0 ? std::clamp(std::sqrt(curvature[v] / typical), kLeastDensity, kMostDensity) : 1.0;
+    }
+    for (int pass = 0; pass < 2; ++pass) {
+        density = averaged([&](std::size_t f, std::uint32_t /*v*/) {
+            const auto& t = mesh.triangles[f];
+            return (density[t[0]] + density[t[1]] + density[t[2]]) / 3.0;
+        });
+    }
+    return density;
+}
+
 /// Stretch of the map from plane to surface (Sander et al. 2001): per vertex, root mean square over its triangles.
 struct Stretch {
     double energy = 0.0;
     std::vector<double> atVertex;
 };
 
-Stretch measureStretch(const DiscMesh& mesh, const Plane& plane)
+Stretch measureStretch(const DiscMesh& mesh, const std::vector<double>& density, const Plane& plane)
 {
     Stretch stretch;
     stretch.atVertex.assign(mesh.positions.size(), 0.0);
@@ -144,7 +193,8 @@ Stretch measureStretch(const DiscMesh& mesh, const Plane& plane)
         const double determinant = std::max(u.x() * v.y() - u.y() * v.x(), 1e-300);
         const Vector3d ds = (a * v.y() - b * u.y()) / determinant;
         const Vector3d dt = (b * u.x() - a * v.x()) / determinant;
-        const double squared = 0.5 * (ds.squaredNorm() + dt.squaredNorm());
+        const double dense = (density[t[0]] + density[t[1]] + density[t[2]]) / 3.0;
+        const double squared = 0.5 * dense * dense * (ds.squaredNorm() + dt.squaredNorm());
         const double surfaceArea = a.cross(b).norm();
         stretch.energy += surfaceArea * squared;
         for (const std::uint32_t corner : t) {
@@ -173,12 +223,13 @@ bool embedEvenly(const DiscMesh& mesh, Plane& plane)
     }
     MeanSolver solver(mesh);
     std::vector<WeightedEdge> weights = meanValueWeights(mesh);
+    const std::vector<double> density = wantedDensity(mesh);
     double best = std::numeric_limits<double>::infinity();
     int failures = 0;
     for (int round = 0; round < kMostRounds && failures < kPatience; ++round) {
         Plane candidate = plane;
         if (!solver.solve(weights, candidate)) { break; }
-        const Stretch stretch = measureStretch(mesh, candidate);
+        const Stretch stretch = measureStretch(mesh, density, candidate);
         if (!isPositive(mesh, candidate)) {
             // The first rounds may squeeze parts until rounding turns triangles over; their stretch gives them room.
         } else if (stretch.energy < kWorthwhile * best) {

@@ -3,6 +3,7 @@
 #include <asset/SyntheticAsset.h>
 #include <asset/TemporaryDirectory.h>
 #include <viewer/FileBytes.h>
+#include <viewer/ViewerProgram.h>
 
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/asset/TlodFile.h>
@@ -14,97 +15,11 @@
 #include <osg/Matrixd>
 #include <osgDB/ReadFile>
 
-#include <sys/wait.h>
-
-#include <cstdlib>
-#include <cstring>
+#include <cmath>
 #include <map>
-#include <sstream>
 
 namespace osgTessLOD {
 namespace {
-
-struct Outcome {
-    int status;
-    std::string output;
-};
-
-/// The viewer with these arguments, quoted for the shell where they need it, and without a display.
-Outcome runViewer(const TemporaryDirectory& folder, const std::string& arguments, const std::string& environment = "")
-{
-    const std::string log = folder.file("viewer.log");
-    const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY -u OSG_LIBRARY_PATH " + environment + " " +
-                                std::string(OSGTESSLOD_VIEWER) + " " + arguments + " > '" + log + "' 2>&1";
-    const int status = std::system(command.c_str());
-    Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, readBytes(log)};
-    std::filesystem::remove(log);
-    return outcome;
-}
-
-nlohmann::json readJson(const std::string& path)
-{
-    return nlohmann::json::parse(readBytes(path));
-}
-
-/// Faces of a binary PLY of float or double coordinates, and how many vertices it has.
-struct Ply {
-    std::size_t vertices = 0;
-    std::vector<std::array<std::uint32_t, 3>> faces;
-    std::vector<std::array<double, 3>> positions;
-};
-
-Ply readPly(const std::string& path)
-{
-    const std::string bytes = readBytes(path);
-    const std::string end = "end_header\n";
-    const std::size_t headerSize = bytes.find(end) + end.size();
-    std::istringstream header(bytes.substr(0, headerSize));
-    Ply ply;
-    std::size_t faces = 0;
-    bool isDouble = false;
-    for (std::string line; std::getline(header, line);) {
-        std::sscanf(line.c_str(), "element vertex %zu", &ply.vertices);
-        std::sscanf(line.c_str(), "element face %zu", &faces);
-        isDouble = isDouble || line.find("property double x") == 0;
-    }
-    const char* at = bytes.data() + headerSize;
-    EXPECT_EQ(bytes.size(), headerSize + ply.vertices * (isDouble ? 24 : 12) + faces * 13);
-    for (std::size_t v = 0; v < ply.vertices; ++v) {
-        std::array<double, 3> position{};
-        for (double& coordinate : position) {
-            float single = 0.0F;
-            std::memcpy(isDouble ? static_cast<void*>(&coordinate) : &single, at, isDouble ? 8 : 4);
-            if (!isDouble) { coordinate = static_cast<double>(single); }
-            at += isDouble ? 8 : 4;
-        }
-        ply.positions.push_back(position);
-    }
-    for (std::size_t f = 0; f < faces; ++f) {
-        EXPECT_EQ(*at, 3);
-        std::array<std::uint32_t, 3> face{};
-        std::memcpy(face.data(), at + 1, 12);
-        ply.faces.push_back(face);
-        at += 13;
-    }
-    return ply;
-}
-
-/// Directed edges that no face runs the other way, counted with multiplicity: 0 for a closed, consistently oriented
-/// surface.
-std::size_t openEdges(const Ply& ply)
-{
-    std::map<std::pair<std::uint32_t, std::uint32_t>, long> balance;
-    for (const auto& face : ply.faces) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t a = face[k];
-            const std::uint32_t b = face[(k + 1) % 3];
-            balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
-        }
-    }
-    std::size_t open = 0;
-    for (const auto& [edge, sum] : balance) { open += static_cast<std::size_t>(std::labs(sum)); }
-    return open;
-}
 
 std::size_t colorCount(const osg::Image& image)
 {

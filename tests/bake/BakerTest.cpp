@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT
+// A whole bake: from a file to an asset.
+#include <asset/TemporaryDirectory.h>
+#include <bake/ProceduralMeshes.h>
+
+#include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/asset/SurfaceMesh.h>
+#include <osgTessLOD/asset/TlodFile.h>
+#include <osgTessLOD/bake/Baker.h>
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <atomic>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+namespace osgTessLOD::bake {
+namespace {
+
+std::string writeAsciiPly(const TemporaryDirectory& folder, const SourceMesh& mesh, const std::string& name = "source.ply")
+{
+    const std::string path = folder.file(name);
+    std::ofstream file(path);
+    file.precision(17);
+    file << "ply\nformat ascii 1.0\nelement vertex " << mesh.positions.size()
+         << "\nproperty double x\nproperty double y\nproperty double z\nelement face " << mesh.triangles.size()
+         << "\nproperty list uchar int vertex_indices\nend_header\n";
+    for (const auto& p : mesh.positions) { file << p.x() << ' ' << p.y() << ' ' << p.z() << '\n'; }
+    for (const auto& [a, b, c] : mesh.triangles) { file << "3 " << a << ' ' << b << ' ' << c << '\n'; }
+    return path;
+}
+
+BakeOptions smallOptions()
+{
+    BakeOptions options;
+    options.maxFactor = 8;
+    options.controlMesh.patches = 24;
+    return options;
+}
+
+LodAsset bake(const std::string& source, const BakeOptions& options)
+{
+    Progress progress;
+    BakeReport report;
+    return bakeSource(source, options, progress, report);
+}
+
+std::string bytesOf(const LodAsset& asset)
+{
+    std::ostringstream stream;
+    writeTlod(stream, asset);
+    return stream.str();
+}
+
+/// Directed edges that no triangle runs the other way.
+std::size_t openEdges(const SurfaceMesh& mesh)
+{
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> balance;
+    for (const auto& t : mesh.triangles) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto [a, b] = std::minmax(t[k], t[(k + 1) % 3]);
+            balance[{a, b}] += a == t[k] ? 1 : -1;
+        }
+    }
+    return static_cast<std::size_t>(
+        std::count_if(balance.begin(), balance.end(), [](const auto& entry) { return entry.second != 0; }));
+}
+
+TEST(Baker, BakesAClosedMeshIntoClosedLevels)
+{
+    const TemporaryDirectory folder;
+    const std::string source = writeAsciiPly(folder, noisy(torus(48, 20), 0.004, 41));
+    Progress progress;
+    BakeReport report;
+    const LodAsset asset = bakeSource(source, smallOptions(), progress, report);
+    EXPECT_NO_THROW(asset.validate());
+    EXPECT_EQ(asset.ladder, (std::vector<std::uint16_t>{1, 2, 4, 8}));
+    EXPECT_EQ(asset.sourceTriangles, 1920U);
+    EXPECT_EQ(asset.source, "source.ply");
+    EXPECT_EQ(asset.technique, "uniform");
+    EXPECT_EQ(asset.normals.resolution, 16U);
+    for (const unsigned factor : asset.ladder) { EXPECT_EQ(openEdges(extractSurface(asset, factor)), 0U); }
+
+    EXPECT_TRUE(report.isMesh);
+    EXPECT_EQ(report.sourceTriangles, 1920U);
+    EXPECT_EQ(report.patches, asset.patches.size());
+    EXPECT_EQ(report.cleaning.components, 1U);
+    EXPECT_EQ(report.cleaning.boundaryEdges, 0U);
+    EXPECT_NEAR(report.diagonal, 1.0, 1e-9) << "procedural meshes are in the working frame";
+    ASSERT_EQ(report.levels.size(), 4U);
+    for (std::size_t level = 0; level < 4; ++level) {
+        EXPECT_EQ(report.levels[level].factor, asset.ladder[level]);
+        EXPECT_GE(report.levels[level].largestError, report.levels[level].meanError);
+        EXPECT_GE(report.levels[level].meanError, 0.0);
+        EXPECT_GE(report.levels[level].largestError, report.largestChartError);
+    }
+    EXPECT_LT(report.levels[3].largestError, report.levels[0].largestError);
+    EXPECT_GT(report.peakBytes, 1U << 20);
+    EXPECT_GT(report.seconds, 0.0);
+    double inStages = 0.0;
+    for (const auto& stage : report.stages) { inStages += stage.seconds; }
+    EXPECT_LE(inStages, report.seconds);
+}
+
+TEST(Baker, BakesABuiltin)
+{
+    BakeOptions options;
+    options.maxFactor = 4;
+    options.normals = false;
+    Progress progress;
+    BakeReport report;
+    const LodAsset asset = bakeSource("builtin:glacier", options, progress, report);
+    EXPECT_NO_THROW(asset.validate());
+    EXPECT_EQ(asset.patches.size(), 32U);
+    EXPECT_EQ(asset.normals.resolution, 0U);
+    EXPECT_FALSE(report.isMesh);
+    EXPECT_EQ(asset.ladder.back(), 4U);
+}
+
+TEST(Baker, KeepsThePlaceAndSizeOfTheSource)
+{
+    const TemporaryDirectory folder;
+    SourceMesh mesh = sphere(3);
+    for (auto& p : mesh.positions) { p = Eigen::Vector3d(1000.0, -20.0, 3.0) + 50.0 * p; }
+    const LodAsset asset = bake(writeAsciiPly(folder, mesh), smallOptions());
+    for (const unsigned factor : asset.ladder) {
+        for (const auto& p : extractSurface(asset, factor).positions) {
+            const double radius = (Eigen::Vector3d(p[0], p[1], p[2]) - Eigen::Vector3d(1000.0, -20.0, 3.0)).norm();
+            EXPECT_LT(radius, 50.0 / std::sqrt(12.0) * 1.001) << "outside the sphere, whose box has a diagonal of 50";
+        }
+    }
+}
+
+TEST(Baker, SameBytesWhateverTheThreads)
+{
+    const TemporaryDirectory folder;
+    const std::string mesh = writeAsciiPly(folder, noisy(blockWithTwoHoles(4), 0.006, 42));
+    for (const std::string& source : {mesh, std::string("builtin:glacier")}) {
+        BakeOptions options = smallOptions();
+        options.threads = 1;
+        const std::string one = bytesOf(bake(source, options));
+        options.threads = 2;
+        EXPECT_TRUE(bytesOf(bake(source, options)) == one) << source;
+        options.threads = 0;
+        EXPECT_TRUE(bytesOf(bake(source, options)) == one) << source;
+    }
+}
+
+/// Asks to stop once it was told of `limit` advances.
+class StopAfter : public Progress {
+public:
+    explicit StopAfter(int limit) : _limit(limit) {}
+    void begin(const std::string& stage, std::uint64_t, const std::string&) override { stages.push_back(stage); }
+    void advance(std::uint64_t) override { ++calls; }
+    bool stopRequested() const override { return calls >= _limit; }
+
+    std::atomic<int> calls{0};
+    std::vector<std::string> stages;
+
+private:
+    int _limit;
+};
+
+TEST(Baker, StopsWhereverItIsAskedTo)
+{
+    const TemporaryDirectory folder;
+    const std::string mesh = writeAsciiPly(folder, torus(48, 20));
+    for (const std::string& source : {mesh, std::string("builtin:glacier")}) {
+        StopAfter never(std::numeric_limits<int>::max());
+        BakeReport report;
+        bakeSource(source, smallOptions(), never, report);
+        const int all = never.calls;
+        ASSERT_GT(all, 20);
+        EXPECT_GE(never.stages.size(), 4U);
+        for (const int limit : {1, 2, 3, 4, 5, all / 8, all / 4, all / 2, 3 * all / 4, all - 1, all}) {
+            StopAfter progress(limit);
+            BakeReport ignored;
+            EXPECT_THROW(bakeSource(source, smallOptions(), progress, ignored), Interrupted) << limit << " of " << all;
+        }
+    }
+}
+
+/// What bakeSource says against this source.
+std::string complaint(const std::string& source, const BakeOptions& options = smallOptions())
+{
+    try {
+        bake(source, options);
+    } catch (const AssetError& error) {
+        return error.what();
+    }
+    ADD_FAILURE() << source << " was baked";
+    return {};
+}
+
+TEST(Baker, NamesTheFileThatItCannotBake)
+{
+    const TemporaryDirectory folder;
+    const auto expectNamed = [&](const std::string& name, const std::string& content) {
+        const std::string path = folder.file(name);
+        std::ofstream(path) << content;
+        EXPECT_NE(complaint(path).find(path), std::string::npos) << name;
+    };
+    expectNamed("empty.ply", "");
+    expectNamed("garbage.ply", "ply\nthis is no mesh\n");
+    expectNamed("unknown.xyz", "1 2 3\n");
+    expectNamed("nofaces.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+    expectNamed("degenerate.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+    expectNamed("index.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n");
+    expectNamed("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const std::string missing = folder.file("missing.ply");
+    EXPECT_NE(complaint(missing).find(missing), std::string::npos);
+    EXPECT_NE(complaint("builtin:teapot").find("glacier"), std::string::npos) << "lists the known ones";
+}
+
+TEST(Baker, RefusesFactorsOffTheLadder)
+{
+    for (const unsigned factor : {0U, 3U, 12U, 128U}) {
+        BakeOptions options = smallOptions();
+        options.maxFactor = factor;
+        EXPECT_NE(complaint("builtin:glacier", options).find(std::to_string(factor)), std::string::npos);
+    }
+}
+
+TEST(Baker, EveryFactorOfTheLadderWorks)
+{
+    const TemporaryDirectory folder;
+    const std::string source = writeAsciiPly(folder, sphere(3));
+    for (const unsigned factor : {1U, 2U, 16U, 64U}) {
+        BakeOptions options = smallOptions();
+        options.maxFactor = factor;
+        const LodAsset asset = bake(source, options);
+        EXPECT_NO_THROW(asset.validate());
+        EXPECT_EQ(asset.ladder.back(), factor);
+    }
+}
+
+TEST(Baker, BakesASingleTriangle)
+{
+    const TemporaryDirectory folder;
+    const std::string path = folder.file("triangle.obj");
+    std::ofstream(path) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    const LodAsset asset = bake(path, smallOptions());
+    EXPECT_NO_THROW(asset.validate());
+    EXPECT_EQ(asset.patches.size(), 1U);
+    for (const LodLevel& level : asset.levels) { EXPECT_LT(static_cast<double>(level.errors[0].isotropic), 1e-4); }
+}
+
+TEST(BakeReport, IsCompleteJson)
+{
+    const TemporaryDirectory folder;
+    Progress progress;
+    BakeReport report;
+    bakeSource(writeAsciiPly(folder, sphere(3)), smallOptions(), progress, report);
+    const auto json = nlohmann::json::parse(report.toJson());
+    EXPECT_EQ(json["source_triangles"], 512);
+    EXPECT_EQ(json["patches"], report.patches);
+    EXPECT_EQ(json["levels"].size(), 4U);
+    EXPECT_EQ(json["levels"][3]["factor"], 8);
+    EXPECT_GT(json["stages"].size(), 3U);
+    EXPECT_TRUE(json["stages"][0]["seconds"].is_number());
+    EXPECT_GT(json["peak_bytes"], 0);
+    EXPECT_GT(json["seconds"], 0.0);
+    EXPECT_TRUE(json.contains("cleaning"));
+}
+
+} // namespace
+} // namespace osgTessLOD::bake

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: MIT
+// The bake command as a program: what it writes, what it says and how it ends.
+#include <asset/TemporaryDirectory.h>
+#include <bake/ProceduralMeshes.h>
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <thread>
+
+namespace osgTessLOD {
+namespace {
+
+using Arguments = std::vector<std::string>;
+
+std::string readBytes(const std::string& path)
+{
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// A run of the command, with its two outputs in files of a folder of their own.
+class BakeProcess {
+public:
+    explicit BakeProcess(const Arguments& arguments)
+    {
+        std::vector<std::string> words{OSGTESSLOD_BAKE};
+        words.insert(words.end(), arguments.begin(), arguments.end());
+        std::vector<char*> pointers;
+        for (std::string& word : words) { pointers.push_back(word.data()); }
+        pointers.push_back(nullptr);
+        const std::string out = _logs.file("out");
+        const std::string err = _logs.file("err");
+        _pid = fork();
+        if (_pid == 0) {
+            const int outFile = open(out.c_str(), O_CREAT | O_WRONLY, 0600);
+            const int errFile = open(err.c_str(), O_CREAT | O_WRONLY, 0600);
+            dup2(outFile, STDOUT_FILENO);
+            dup2(errFile, STDERR_FILENO);
+            execv(pointers[0], pointers.data());
+            _exit(127);
+        }
+    }
+    ~BakeProcess()
+    {
+        if (_running) {
+            kill(_pid, SIGKILL);
+            waitpid(_pid, nullptr, 0);
+        }
+    }
+    BakeProcess(const BakeProcess&) = delete;
+    BakeProcess& operator=(const BakeProcess&) = delete;
+
+    void signal(int number) const { kill(_pid, number); }
+
+    /// True once the process has a handler for SIGINT; false if it never gets one.
+    bool waitForHandler() const
+    {
+        for (int i = 0; i < 1000; ++i) {
+            std::ifstream status("/proc/" + std::to_string(_pid) + "/status");
+            for (std::string line; std::getline(status, line);) {
+                if (line.rfind("SigCgt:", 0) == 0 && (std::stoull(line.substr(7), nullptr, 16) >> (SIGINT - 1) & 1U) != 0) {
+                    return true;
+                }
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        return false;
+    }
+
+    /// Exit code; −1 if a signal ended it or it is still running after `limit`.
+    int exitCode(std::chrono::seconds limit = std::chrono::seconds(300))
+    {
+        const auto end = std::chrono::steady_clock::now() + limit;
+        int status = 0;
+        while (_running && std::chrono::steady_clock::now() < end) {
+            if (waitpid(_pid, &status, WNOHANG) == _pid) {
+                _running = false;
+                return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+        return -1;
+    }
+    std::string output() const { return readBytes(_logs.file("out")); }
+    std::string errors() const { return readBytes(_logs.file("err")); }
+
+private:
+    TemporaryDirectory _logs;
+    pid_t _pid = -1;
+    bool _running = true;
+};
+
+struct Outcome {
+    int code;
+    std::string output;
+    std::string errors;
+};
+
+Outcome run(const Arguments& arguments)
+{
+    BakeProcess process(arguments);
+    const int code = process.exitCode();
+    return {code, process.output(), process.errors()};
+}
+
+void writeOff(const std::string& path, const bake::SourceMesh& mesh)
+{
+    std::ofstream file(path);
+    file << "OFF\n" << mesh.positions.size() << ' ' << mesh.triangles.size() << " 0\n";
+    for (const auto& p : mesh.positions) { file << p.x() << ' ' << p.y() << ' ' << p.z() << '\n'; }
+    for (const auto& [a, b, c] : mesh.triangles) { file << "3 " << a << ' ' << b << ' ' << c << '\n'; }
+}
+
+/// Edges that are not shared by exactly two, oppositely running, triangles.
+std::size_t openEdges(const bake::SourceMesh& mesh)
+{
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> balance;
+    for (const auto& t : mesh.triangles) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto [a, b] = std::minmax(t[k], t[(k + 1) % 3]);
+            balance[{a, b}] += a == t[k] ? 1 : -1;
+        }
+    }
+    return static_cast<std::size_t>(
+        std::count_if(balance.begin(), balance.end(), [](const auto& entry) { return entry.second != 0; }));
+}
+
+/// A folder with a small closed source and what was baked of it.
+class BakeCommand : public testing::Test {
+protected:
+    std::string source() const
+    {
+        writeOff(_folder.file("torus.off"), bake::noisy(bake::torus(40, 16), 0.004, 51));
+        return _folder.file("torus.off");
+    }
+    std::string baked() const
+    {
+        const std::string path = _folder.file("torus.tlod");
+        EXPECT_EQ(run({source(), "-o", path, "--max-factor", "8", "--patches", "24", "-q"}).code, 0);
+        return path;
+    }
+
+    /// That the command says why in one line, exits with 1 and leaves the folder as it is.
+    void expectRefused(const Arguments& arguments, const std::string& reason) const
+    {
+        const std::size_t before = _folder.entryCount();
+        const Outcome outcome = run(arguments);
+        std::string said;
+        for (const std::string& word : arguments) { said += word + " "; }
+        EXPECT_EQ(outcome.code, 1) << said;
+        EXPECT_EQ(outcome.output, "") << said;
+        EXPECT_NE(outcome.errors.find(reason), std::string::npos) << said << "gave: " << outcome.errors;
+        EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << said << "gave: " << outcome.errors;
+        EXPECT_EQ(_folder.entryCount(), before) << said << "left something behind";
+    }
+
+    TemporaryDirectory _folder;
+};
+
+TEST_F(BakeCommand, BakesChecksAndDescribes)
+{
+    const std::string report = _folder.file("report.json");
+    const std::string path = _folder.file("torus.tlod");
+    const Outcome bake = run({source(), "-o", path, "--max-factor", "8", "--patches", "24", "--report", report});
+    EXPECT_EQ(bake.code, 0) << bake.errors;
+    EXPECT_EQ(bake.output, "");
+    EXPECT_NE(bake.errors.find("1280 triangles"), std::string::npos) << bake.errors;
+    EXPECT_EQ(_folder.entryCount(), 3U) << "source, asset, report and nothing temporary";
+
+    const Outcome check = run({"--check", path});
+    EXPECT_EQ(check.code, 0) << check.errors;
+    EXPECT_EQ(check.output, path + ": sound\n");
+
+    const Outcome info = run({"--info", path});
+    EXPECT_EQ(info.code, 0) << info.errors;
+    const auto json = nlohmann::json::parse(info.output);
+    EXPECT_EQ(json["technique"], "uniform");
+    EXPECT_EQ(json["source"], "torus.off");
+    EXPECT_EQ(json["source_triangles"], 1280);
+    EXPECT_EQ(json["ladder"], nlohmann::json({1, 2, 4, 8}));
+    ASSERT_EQ(json["levels"].size(), 4U);
+    const auto patches = json["patches"].get<std::size_t>();
+    EXPECT_GE(patches, 14U) << "no torus has less";
+    for (std::size_t level = 0; level < 4; ++level) {
+        const std::size_t factor = std::size_t{1} << level;
+        EXPECT_EQ(json["levels"][level]["factor"], factor);
+        EXPECT_EQ(json["levels"][level]["triangles"], patches * (factor == 1 ? 1 : 3 * factor * factor / 2));
+        EXPECT_GE(json["levels"][level]["largest_error"], json["levels"][level]["mean_error"]);
+    }
+    EXPECT_EQ(json["edges"], 3 * patches / 2) << "closed";
+    EXPECT_EQ(json["base_vertices"], patches / 2) << "Euler characteristic 0";
+    EXPECT_EQ(json["file_bytes"], std::filesystem::file_size(path));
+    EXPECT_EQ(json["normal_resolution"], 16);
+
+    const auto told = nlohmann::json::parse(readBytes(report));
+    EXPECT_EQ(told["levels"].size(), 4U);
+    EXPECT_GT(told["stages"].size(), 3U);
+    for (const auto& stage : told["stages"]) {
+        EXPECT_TRUE(stage["name"].is_string());
+        EXPECT_GE(stage["seconds"], 0.0);
+    }
+    EXPECT_GT(told["seconds"], 0.0);
+    EXPECT_GT(told["peak_bytes"], 1 << 20);
+    EXPECT_EQ(told["levels"][3]["largest_error"], json["levels"][3]["largest_error"]);
+}
+
+TEST_F(BakeCommand, ExportsClosedSurfacesOfAClosedSource)
+{
+    const std::string path = baked();
+    std::size_t coarser = 0;
+    for (const char* factor : {"1", "2", "4", "8"}) {
+        const std::string ply = _folder.file(std::string("torus") + factor + ".ply");
+        const Outcome outcome = run({"--export", path, "-o", ply, "--factor", factor});
+        ASSERT_EQ(outcome.code, 0) << outcome.errors;
+        const bake::SourceMesh mesh = bake::importMesh(ply);
+        EXPECT_EQ(openEdges(mesh), 0U) << "factor " << factor;
+        EXPECT_GT(mesh.triangles.size(), coarser);
+        coarser = mesh.triangles.size();
+    }
+}
+
+TEST_F(BakeCommand, BakesWithoutNormalsAndQuietly)
+{
+    const std::string path = _folder.file("glacier.tlod");
+    const Outcome outcome = run({"builtin:glacier", "-o", path, "--max-factor", "2", "--no-normals", "-q"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.errors, "");
+    EXPECT_EQ(nlohmann::json::parse(run({"--info", path}).output)["normal_resolution"], 0);
+}
+
+TEST_F(BakeCommand, SameBytesWhateverTheThreads)
+{
+    const std::string mesh = source();
+    std::string first;
+    for (const char* threads : {"1", "2"}) {
+        const std::string path = _folder.file(std::string("by") + threads + ".tlod");
+        ASSERT_EQ(run({mesh, "-o", path, "--max-factor", "8", "--patches", "24", "--threads", threads, "-q"}).code, 0);
+        if (first.empty()) { first = readBytes(path); }
+        EXPECT_TRUE(readBytes(path) == first);
+    }
+}
+
+TEST_F(BakeCommand, TellsHowItIsUsed)
+{
+    const Outcome help = run({"--help"});
+    EXPECT_EQ(help.code, 0);
+    for (const char* word : {"--output", "--max-factor", "--info", "--check", "--export", "builtin:NAME", "glacier"}) {
+        EXPECT_NE(help.output.find(word), std::string::npos) << word;
+    }
+}
+
+TEST_F(BakeCommand, RefusesWhatItCannotDo)
+{
+    const std::string out = _folder.file("out.tlod");
+    expectRefused({}, "nothing to do");
+    expectRefused({"builtin:glacier"}, "where to write is not said");
+    expectRefused({"builtin:teapot", "-o", out, "-q"}, "teapot");
+    expectRefused({"builtin:glacier", "-o", out, "-q", "--max-factor", "7"}, "7");
+    expectRefused({_folder.file("missing.ply"), "-o", out, "-q"}, "missing.ply");
+}
+
+TEST_F(BakeCommand, RefusesContradictoryArguments)
+{
+    // The command line parser adds a line about --help.
+    const std::string path = baked();
+    const std::size_t before = _folder.entryCount();
+    for (const Arguments& arguments :
+         {Arguments{"--info", path, "--check", path}, Arguments{"--check", path, "--export", path},
+          Arguments{"--factor", "4"}, Arguments{"--unknown"}, Arguments{"builtin:glacier", "--technique", "magic"},
+          Arguments{"builtin:glacier", "--crease-angle", "400"}, Arguments{"builtin:glacier", "--max-factor", "many"}}) {
+        const Outcome outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 1) << arguments.front();
+        EXPECT_NE(outcome.errors.find("--"), std::string::npos) << outcome.errors;
+        EXPECT_LE(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 2) << outcome.errors;
+    }
+    EXPECT_EQ(_folder.entryCount(), before);
+}
+
+TEST_F(BakeCommand, RefusesGarbage)
+{
+    const std::string out = _folder.file("out.tlod");
+    for (const char* name : {"garbage.ply", "garbage.obj", "garbage.off", "garbage.stl", "garbage.txt"}) {
+        const std::string path = _folder.file(name);
+        std::ofstream(path) << "neither a mesh\nnor anything else\n";
+        expectRefused({path, "-o", out, "-q"}, path);
+        for (const char* option : {"--info", "--check"}) { expectRefused({option, path}, path); }
+        expectRefused({"--export", path, "-o", out}, path);
+    }
+}
+
+TEST_F(BakeCommand, RefusesTruncatedAssets)
+{
+    const std::string whole = readBytes(baked());
+    const std::string path = _folder.file("truncated.tlod");
+    for (const std::size_t size : {std::size_t{0}, std::size_t{10}, std::size_t{100}, whole.size() / 2, whole.size() - 1}) {
+        std::ofstream(path, std::ios::binary | std::ios::trunc) << whole.substr(0, size);
+        for (const char* option : {"--info", "--check"}) { expectRefused({option, path}, path); }
+        expectRefused({"--export", path, "-o", _folder.file("out.ply"), "--factor", "4"}, path);
+    }
+}
+
+TEST_F(BakeCommand, RefusesFactorsThatTheAssetLacks)
+{
+    const std::string path = baked();
+    for (const char* factor : {"0", "3", "16", "64"}) {
+        expectRefused({"--export", path, "-o", _folder.file("out.ply"), "--factor", factor}, factor);
+    }
+    expectRefused({"--export", path, "--factor", "4"}, "where to write is not said");
+}
+
+TEST_F(BakeCommand, RefusesPlacesItCannotWriteTo)
+{
+    const std::string path = baked();
+    const std::string nowhere = _folder.file("missing folder/out");
+    expectRefused({"builtin:glacier", "-o", nowhere, "--max-factor", "1", "-q"}, nowhere);
+    expectRefused({"--export", path, "-o", nowhere, "--factor", "2"}, nowhere);
+    // Below a file.
+    expectRefused({"builtin:glacier", "-o", path + "/out.tlod", "--max-factor", "1", "-q"}, path);
+}
+
+TEST_F(BakeCommand, AFailedBakeKeepsTheOldFile)
+{
+    const std::string out = _folder.file("old.tlod");
+    std::ofstream(out) << "old";
+    std::ofstream(_folder.file("bad.ply")) << "ply\n";
+    expectRefused({_folder.file("bad.ply"), "-o", out, "-q"}, "bad.ply");
+    EXPECT_EQ(readBytes(out), "old");
+}
+
+TEST_F(BakeCommand, EndsSoonAndCleanlyWhenInterrupted)
+{
+    for (const int number : {SIGINT, SIGTERM}) {
+        for (const int milliseconds : {0, 1500}) {
+            BakeProcess process({"builtin:asteroid", "--triangles", "20000000", "-o", _folder.file("asteroid.tlod"), "-q"});
+            ASSERT_TRUE(process.waitForHandler());
+            std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+            process.signal(number);
+            EXPECT_EQ(process.exitCode(std::chrono::seconds(10)), 1) << "signal " << number << " after " << milliseconds;
+            EXPECT_NE(process.errors().find("interrupted"), std::string::npos);
+            EXPECT_EQ(_folder.entryCount(), 0U);
+        }
+    }
+}
+
+TEST_F(BakeCommand, AnInterruptedBakeOfAMeshEndsSoonToo)
+{
+    const std::string source = _folder.file("sphere.off");
+    writeOff(source, bake::sphere(8)); // 524,288 triangles
+    BakeProcess process({source, "-o", _folder.file("sphere.tlod"), "-q"});
+    ASSERT_TRUE(process.waitForHandler());
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    process.signal(SIGINT);
+    EXPECT_EQ(process.exitCode(std::chrono::seconds(10)), 1);
+    EXPECT_NE(process.errors().find("interrupted"), std::string::npos);
+    EXPECT_EQ(_folder.entryCount(), 1U);
+}
+
+} // namespace
+} // namespace osgTessLOD
