@@ -37,7 +37,11 @@ vec3 tessLodEyeNormal()
     float footprint = 0.70710678 * max(length(dFdx(tessLodWeights)), length(dFdy(tessLodWeights)));
     vec3 normal = gl_NormalMatrix * tessLodPatchNormal(tessLodFragmentPatch, tessLodWeights, footprint);
     bool mirrored = determinant(mat3(gl_ModelViewMatrix)) < 0.0; // turns the winding, not the normals
-    return normalize(gl_FrontFacing != mirrored ? normal : -normal);
+    // The back of an open surface is lit as its front. A coarse triangle may be turned over where the surface is not: the
+    // surface's own normal then still looks at the viewer, and is kept.
+    vec3 sight = gl_ProjectionMatrix[2][3] == 0.0 ? vec3(0.0, 0.0, -1.0) : tessLodEyePosition; // orthographic: all alike
+    bool isBack = gl_FrontFacing == mirrored && dot(normal, sight) > 0.0;
+    return normalize(isBack ? -normal : normal);
 #else
     vec3 normal = cross(across, up); // on the viewer's side, as pixels are ordered there
     return dot(normal, normal) > 0.0 ? normalize(normal) : vec3(0.0, 0.0, 1.0);
