@@ -87,7 +87,8 @@ MeshPatches makeMeshPatches(const std::string& path, const BakeOptions& options,
     });
     const ControlMesh& base = *controlMesh;
     auto refined = timed(report, "refine patches", [&] {
-        return std::make_unique<RefinedPatches>(std::move(controlMesh), options.maxFactor, options.patchTolerance, progress);
+        return std::make_unique<RefinedPatches>(std::move(controlMesh), std::max(2U, options.maxFactor),
+                                                options.patchTolerance, progress);
     });
     MeshPatches result;
     result.source = &base.source();

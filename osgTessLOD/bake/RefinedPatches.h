@@ -20,7 +20,7 @@ public:
     /// by an estimated `tolerance` (of the model's size) or more, but no patch more than kMostBisections times because of itself.
     RefinedPatches(std::unique_ptr<PatchMap> base, unsigned factor, double tolerance, Progress& progress);
 
-    static constexpr unsigned kMostBisections = 5;
+    static constexpr unsigned kMostBisections = 7;
 
     std::uint64_t sourceTriangles() const override { return _base->sourceTriangles(); }
     SurfacePoint evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const override;

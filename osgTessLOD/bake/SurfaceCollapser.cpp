@@ -287,6 +287,8 @@ bool Collapser::isAllowed(Mesh::HalfedgeHandle h, unsigned features) const
     if (features != 0 && (features != 2 || !isFeature(_mesh.edge_handle(h)))) { return false; }
     const unsigned valence = _mesh.valence(v);
     if (valence < 3 || valence > CollapseHistory::kMaxRing - 1) { return false; }
+    // A tetrahedron is the least that closes; OpenMesh would let it become two triangles back to back.
+    if (valence == 3 && _mesh.valence(w) == 3 && !_mesh.is_boundary(v)) { return false; }
     const unsigned after = valence + _mesh.valence(w) - 4;
     if (after > std::max(_options.maxValence, _mesh.valence(w))) { return false; }
     return _mesh.is_collapse_ok(h);
