@@ -100,19 +100,22 @@ void RefinedPatches::refine(unsigned factor, double tolerance, Progress& progres
     const std::vector<HalvedEdge> edges = halvedEdges(factor);
     std::vector<std::uint32_t> fresh;
     for (std::uint32_t n = 0; n < _forest.nodeCount(); ++n) { fresh.push_back(n); }
-    progress.begin("refine patches", fresh.size(), "patches");
+    const std::size_t roots = fresh.size();
+    const std::size_t mostLeaves = std::max(kMostGrowth * roots, kAlwaysAllowed);
+    progress.begin("refine patches", roots, "patches");
     for (unsigned round = 0; round < kMostBisections && !fresh.empty(); ++round) {
-        std::vector<char> isRough(fresh.size(), 0);
+        std::vector<std::pair<double, std::uint32_t>> rough(fresh.size()); // less the deviation, and the leaf
         tbb::parallel_for(std::size_t{0}, fresh.size(), [&](std::size_t i) {
-            isRough[i] = deviation(fresh[i], factor, edges) >= tolerance ? 1 : 0;
+            rough[i] = {-deviation(fresh[i], factor, edges), fresh[i]};
             progress.step(round == 0 ? 1 : 0);
         });
-        std::vector<std::uint32_t> rough;
-        for (std::size_t i = 0; i < fresh.size(); ++i) {
-            if (isRough[i] != 0) { rough.push_back(fresh[i]); }
-        }
+        std::sort(rough.begin(), rough.end());
         const std::size_t before = _forest.nodeCount();
-        _forest.bisect(rough, _surface);
+        for (const auto& [lessDeviation, leaf] : rough) {
+            const std::size_t leaves = (_forest.nodeCount() + roots) / 2; // every bisection makes two nodes of a leaf
+            if (-lessDeviation < tolerance || leaves >= mostLeaves) { break; }
+            _forest.bisect({leaf}, _surface);
+        }
         fresh.clear();
         for (std::size_t n = before; n < _forest.nodeCount(); ++n) {
             if (_forest.isLeaf(static_cast<std::uint32_t>(n))) { fresh.push_back(static_cast<std::uint32_t>(n)); }

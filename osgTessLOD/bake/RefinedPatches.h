@@ -17,10 +17,13 @@ namespace osgTessLOD::bake {
 class OSGTESSLOD_EXPORT RefinedPatches : public PatchMap {
 public:
     /// Bisects while a patch's surface, sampled at the pattern of `factor` (a power of two ≥ 2), deviates from its pieces
-    /// by an estimated `tolerance` (of the model's size) or more, but no patch more than kMostBisections times because of itself.
+    /// by an estimated `tolerance` (of the model's size) or more, the roughest first; but no patch more than kMostBisections
+    /// times because of itself, and no more once there are kMostGrowth times as many patches, or kAlwaysAllowed if that is more.
     RefinedPatches(std::unique_ptr<PatchMap> base, unsigned factor, double tolerance, Progress& progress);
 
     static constexpr unsigned kMostBisections = 7;
+    static constexpr std::size_t kMostGrowth = 2;
+    static constexpr std::size_t kAlwaysAllowed = 1500;
 
     std::uint64_t sourceTriangles() const override { return _base->sourceTriangles(); }
     SurfacePoint evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const override;
