@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/asset/ChartPoint.h>
+
 #include <Eigen/Core>
 #include <cstdint>
 #include <vector>
@@ -13,6 +15,8 @@ struct PatchLevels {
     std::vector<std::vector<Eigen::Vector3d>> positions;
     /// Each vertex's parent in the level below; empty for level 0.
     std::vector<std::vector<std::uint32_t>> parents;
+    /// Where each vertex lies in the chart; a level's is empty when its vertices lie where the pattern has them.
+    std::vector<std::vector<ChartPoint>> parameters;
 };
 
 /// The levels of all patches.
