@@ -15,7 +15,6 @@
 #include <sys/resource.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <chrono>
@@ -63,15 +62,8 @@ std::vector<std::uint16_t> powerOfTwoLadder(unsigned maxFactor)
     return ladder;
 }
 
-/// The patches of a mesh, and what of the mesh they are still to be compared with.
-struct MeshPatches {
-    std::unique_ptr<PatchMap> map;
-    const SourceMesh* source = nullptr;        ///< owned by the map
-    std::vector<std::uint32_t> patchOfVertex;  ///< per source vertex
-};
-
-MeshPatches makeMeshPatches(const std::string& path, const BakeOptions& options, Progress& progress,
-                                             BakeReport& report)
+std::unique_ptr<RefinedPatches> makeMeshPatches(const std::string& path, const BakeOptions& options, Progress& progress,
+                                                BakeReport& report)
 {
     progress.begin("import", 1, "file");
     SourceMesh mesh = timed(report, "import", [&] { return importMesh(path); });
@@ -85,19 +77,9 @@ MeshPatches makeMeshPatches(const std::string& path, const BakeOptions& options,
     auto controlMesh = timed(report, "control mesh", [&] {
         return std::make_unique<ControlMesh>(std::move(mesh), options.controlMesh, progress);
     });
-    const ControlMesh& base = *controlMesh;
-    auto refined = timed(report, "refine patches", [&] {
-        return std::make_unique<RefinedPatches>(std::move(controlMesh), std::max(2U, options.maxFactor),
-                                                options.patchTolerance, progress);
+    return timed(report, "refine patches", [&] {
+        return std::make_unique<RefinedPatches>(std::move(controlMesh), options.maxFactor, options.patchTolerance, progress);
     });
-    MeshPatches result;
-    result.source = &base.source();
-    result.patchOfVertex.resize(base.source().positions.size());
-    tbb::parallel_for(std::size_t{0}, result.patchOfVertex.size(), [&](std::size_t v) {
-        result.patchOfVertex[v] = refined->fromBase(base.patchPointOf(static_cast<std::uint32_t>(v))).face;
-    });
-    result.map = std::move(refined);
-    return result;
 }
 
 void summarizeLevels(const LodAsset& asset, BakeReport& report)
@@ -130,16 +112,19 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
     const unsigned chartFactor = kReferenceOversampling * options.maxFactor;
 
     std::unique_ptr<PatchMap> map;
-    MeshPatches mesh;
+    const RefinedPatches* mesh = nullptr;
     if (source.rfind(kBuiltinPrefix, 0) == 0) {
         map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
     } else {
-        mesh = makeMeshPatches(source, options, progress, report);
-        map = std::move(mesh.map);
+        auto meshPatches = makeMeshPatches(source, options, progress, report);
+        mesh = meshPatches.get();
+        map = std::move(meshPatches);
     }
     ChartSet charts = timed(report, "charts", [&] { return makeCharts(*map, chartFactor, progress); });
-    if (mesh.source != nullptr) {
-        timed(report, "chart distance", [&] { measureChartErrors(*mesh.source, mesh.patchOfVertex, charts, progress); });
+    if (mesh != nullptr) {
+        timed(report, "chart distance", [&] {
+            measureChartErrors(mesh->base().source(), mesh->patchOfSourceVertex(), charts, progress);
+        });
     }
     const LevelHierarchy hierarchy =
         timed(report, "levels", [&] { return makeUniformLevels(map->topology(), charts, ladder, progress); });
@@ -155,7 +140,7 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
 
     report.source = source;
     report.sourceTriangles = asset.sourceTriangles;
-    report.isMesh = mesh.source != nullptr;
+    report.isMesh = mesh != nullptr;
     report.patches = asset.patches.size();
     report.diagonal = map->frame().scale;
     summarizeLevels(asset, report);

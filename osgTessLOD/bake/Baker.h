@@ -19,7 +19,7 @@ struct BakeOptions {
     unsigned maxFactor = 64;                ///< factor of the finest level, a power of two up to 64
     ControlMeshOptions controlMesh;         ///< for mesh sources
     /// Patches of a mesh are bisected until their finest level is estimated to be this near, in units of the model's size.
-    double patchTolerance = 0.0005;
+    double patchTolerance = 0.0007;
     std::uint64_t builtinTriangles = 0;     ///< for builtin sources; 0: their own size
     bool normals = true;
     unsigned threads = 0;                   ///< 0: all processors; the result does not depend on it

@@ -40,6 +40,7 @@ struct BisectionForest::Builder {
     std::vector<std::uint32_t> nextPoint;          // per point
     std::vector<Eigen::Vector3d> pointCoordinates; // per point: in its leaf
     std::vector<std::uint32_t> pointCount;         // per node
+    std::vector<std::size_t> bisectionsLeft;       // per patch
 
     std::vector<Node>& nodes() { return forest._nodes; }
 
@@ -75,6 +76,14 @@ struct BisectionForest::Builder {
             nextPoint[i] = firstPoint[points[i].face];
             firstPoint[points[i].face] = i;
             ++pointCount[points[i].face];
+        }
+        bisectionsLeft.resize(nodes().size());
+        for (std::size_t p = 0; p < bisectionsLeft.size(); ++p) {
+            const std::size_t perPoint = limits.mostBisectionsPerPoint;
+            const std::size_t shares = std::size_t{pointCount[p]} + 1;
+            bisectionsLeft[p] = perPoint > std::numeric_limits<std::size_t>::max() / shares
+                                    ? std::numeric_limits<std::size_t>::max()
+                                    : perPoint * shares;
         }
     }
 
@@ -113,7 +122,7 @@ struct BisectionForest::Builder {
     bool exceeds(std::uint32_t n) const
     {
         const Node& node = forest._nodes[n];
-        if (node.depth >= kDeepest) { return false; }
+        if (bisectionsLeft[node.patch] == 0 || node.depth >= kDeepest || (!limits.isSpared.empty() && limits.isSpared[node.patch] != 0)) { return false; }
         return pointCount[n] > limits.mostPoints ||
                *std::max_element(node.lengths.begin(), node.lengths.end()) > limits.longestEdge;
     }
@@ -231,17 +240,19 @@ struct BisectionForest::Builder {
 BisectionForest::BisectionForest(const PatchTopology& topology, const Surface& surface,
                                  const std::vector<FacePoint>& points, const Limits& limits)
 {
-    Builder builder{*this, surface, limits, {}, {}, {}, {}};
+    Builder builder{*this, surface, limits, {}, {}, {}, {}, {}};
     builder.plant(topology, points);
     for (std::uint32_t n = 0; n < _nodes.size(); ++n) {
-        if (isLeaf(n) && builder.exceeds(n)) { builder.refine(n); }
+        if (!isLeaf(n) || !builder.exceeds(n)) { continue; }
+        --builder.bisectionsLeft[_nodes[n].patch];
+        builder.refine(n);
     }
 }
 
 void BisectionForest::bisect(const std::vector<std::uint32_t>& leaves, const Surface& surface)
 {
     const Limits none{};
-    Builder builder{*this, surface, none, {}, {}, {}, {}};
+    Builder builder{*this, surface, none, {}, {}, {}, {}, {}};
     builder.firstPoint.assign(_nodes.size(), kNone);
     builder.pointCount.assign(_nodes.size(), 0);
     for (const std::uint32_t leaf : leaves) { builder.refine(leaf); }

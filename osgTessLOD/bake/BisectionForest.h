@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <vector>
 
 namespace osgTessLOD::bake {
@@ -27,6 +28,10 @@ public:
     struct Limits {
         double longestEdge;         ///< leaves' edges are bisected down to this length on the surface
         unsigned mostPoints;        ///< leaves that hold more of the given points are bisected
+        /// Leaves of a patch that are bisected because of themselves, per point in it (and one point more): where the
+        /// surface is squeezed into next to nothing of the parameters, bisecting would hardly end.
+        std::size_t mostBisectionsPerPoint = std::numeric_limits<std::size_t>::max();
+        std::vector<char> isSpared = {}; ///< per patch: whether the limits do not hold there; empty: they hold everywhere
     };
 
     /// Starts with one node per patch, numbered as the patches, and bisects leaves that exceed the

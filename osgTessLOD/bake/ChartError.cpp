@@ -1,62 +1,64 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/bake/ChartError.h>
 
-#include <osgTessLOD/asset/TessellationPattern.h>
-#include <osgTessLOD/bake/SurfaceDistance.h>
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 
 namespace osgTessLOD::bake {
 
-namespace {
+using Eigen::Vector3d;
 
-/// Source vertices by the patch they map to: those of patch p are vertices[first[p]] … vertices[first[p + 1] − 1].
-struct VerticesByPatch {
-    std::vector<std::uint32_t> first;
-    std::vector<std::uint32_t> vertices;
-};
-
-VerticesByPatch sortVertices(const std::vector<std::uint32_t>& patchOf, std::size_t patches)
+SourceVerticesByPatch::SourceVerticesByPatch(const std::vector<std::uint32_t>& patchOfVertex, std::size_t patches)
+    : _first(patches + 1, 0)
+    , _vertices(patchOfVertex.size())
 {
-    VerticesByPatch result;
-    result.first.assign(patches + 1, 0);
-    for (const std::uint32_t p : patchOf) { ++result.first[p + 1]; }
-    for (std::size_t p = 0; p + 1 < result.first.size(); ++p) { result.first[p + 1] += result.first[p]; }
-    std::vector<std::uint32_t> next(result.first.begin(), result.first.end() - 1);
-    result.vertices.resize(patchOf.size());
-    for (std::size_t v = 0; v < patchOf.size(); ++v) { result.vertices[next[patchOf[v]]++] = static_cast<std::uint32_t>(v); }
-    return result;
+    for (const std::uint32_t p : patchOfVertex) { ++_first[p + 1]; }
+    for (std::size_t p = 0; p < patches; ++p) { _first[p + 1] += _first[p]; }
+    std::vector<std::uint32_t> next(_first.begin(), _first.end() - 1);
+    for (std::size_t v = 0; v < patchOfVertex.size(); ++v) {
+        _vertices[next[patchOfVertex[v]]++] = static_cast<std::uint32_t>(v);
+    }
 }
 
-} // namespace
+PatchDistance::PatchDistance(const SourceMesh& source)
+    : _source(source)
+    , _toSource(source.positions, source.triangles)
+{
+}
 
-void measureChartErrors(const SourceMesh& source, const std::vector<std::uint32_t>& patchOf, ChartSet& set,
+double PatchDistance::twoSided(const std::vector<Vector3d>& positions, const TessellationPattern& pattern,
+                               const SourceVerticesByPatch::Range& sourceVertices) const
+{
+    double largest = 0.0;
+    const SurfaceDistance toPatch(positions, pattern.triangles());
+    for (const std::uint32_t v : sourceVertices) { largest = std::max(largest, toPatch.distance(_source.positions[v])); }
+    // A sample is no farther from the source than from its triangle's vertices, which lie on it: most need no query.
+    const auto visit = [&](const Vector3d& sample, const Vector3d& onSource) {
+        if ((sample - onSource).norm() > largest) { largest = std::max(largest, _toSource.distance(sample)); }
+    };
+    for (const auto& t : pattern.triangles()) {
+        const Vector3d& a = positions[t[0]];
+        const Vector3d& b = positions[t[1]];
+        const Vector3d& c = positions[t[2]];
+        visit((a + b + c) / 3.0, a);
+        // Each inner edge belongs to two triangles; its midpoint is asked for from the one where it ascends.
+        if (t[0] < t[1]) { visit(0.5 * (a + b), a); }
+        if (t[1] < t[2]) { visit(0.5 * (b + c), b); }
+        if (t[2] < t[0]) { visit(0.5 * (c + a), c); }
+    }
+    return largest;
+}
+
+void measureChartErrors(const SourceMesh& source, const std::vector<std::uint32_t>& patchOfVertex, ChartSet& set,
                         Progress& progress)
 {
     progress.begin("chart distance", set.charts.size(), "patches");
-    const VerticesByPatch byPatch = sortVertices(patchOf, set.charts.size());
-    const SurfaceDistance toSource(source.positions, source.triangles);
+    const SourceVerticesByPatch byPatch(patchOfVertex, set.charts.size());
+    const PatchDistance distance(source);
     const TessellationPattern pattern(set.factor);
     tbb::parallel_for(std::size_t{0}, set.charts.size(), [&](std::size_t p) {
-        PatchChart& chart = set.charts[p];
-        const SurfaceDistance toChart(chart.positions, pattern.triangles());
-        double largest = 0.0;
-        for (std::uint32_t i = byPatch.first[p]; i < byPatch.first[p + 1]; ++i) {
-            largest = std::max(largest, toChart.distance(source.positions[byPatch.vertices[i]]));
-        }
-        for (const auto& t : pattern.triangles()) {
-            const Eigen::Vector3d& a = chart.positions[t[0]];
-            const Eigen::Vector3d& b = chart.positions[t[1]];
-            const Eigen::Vector3d& c = chart.positions[t[2]];
-            largest = std::max(largest, toSource.distance((a + b + c) / 3.0));
-            // Each inner edge belongs to two triangles; its midpoint is asked for from the one where it ascends.
-            if (t[0] < t[1]) { largest = std::max(largest, toSource.distance(0.5 * (a + b))); }
-            if (t[1] < t[2]) { largest = std::max(largest, toSource.distance(0.5 * (b + c))); }
-            if (t[2] < t[0]) { largest = std::max(largest, toSource.distance(0.5 * (c + a))); }
-        }
-        chart.chartError = largest;
+        set.charts[p].chartError = distance.twoSided(set.charts[p].positions, pattern, byPatch.of(p));
         progress.step(1);
     });
     progress.end();

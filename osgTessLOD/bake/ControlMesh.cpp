@@ -22,6 +22,7 @@ constexpr std::size_t kMostTriangles = 300'000'000;
 /// Leaves of the even parametrization, compared with the source's triangles: longest edge, source vertices in one.
 constexpr double kLeafSide = 2.0;
 constexpr unsigned kPointsPerLeaf = 2;
+constexpr std::size_t kBisectionsPerPoint = 16;
 
 std::uint32_t checkedFaceCount(const SourceMesh& source)
 {
@@ -70,31 +71,36 @@ ControlMesh::ControlMesh(SourceMesh source, const ControlMeshOptions& options, P
         for (const std::uint32_t v : _source.triangles[t]) { _faceOfVertex[v] = static_cast<std::uint32_t>(t); }
     }
     computeNormals(options.creaseAngleRadians);
-    _stretchMap = std::make_unique<StretchMap>(_topology, refinePatches(progress), progress);
+    _stretchMap = std::make_unique<StretchMap>(_topology, bisectPatches(progress), std::vector<char>{}, progress);
 }
 
-/// A triangulation of the patches about as fine as the source wherever the source is.
-BisectionForest ControlMesh::refinePatches(Progress& progress) const
+BisectionForest::Limits ControlMesh::parametrizationLimits() const
+{
+    double area = 0.0;
+    for (const auto& t : _source.triangles) {
+        const Eigen::Vector3d& a = _source.positions[t[0]];
+        area += 0.5 * (_source.positions[t[1]] - a).cross(_source.positions[t[2]] - a).norm();
+    }
+    // Side of the mean source triangle if it were equilateral, area = √3/4 · side².
+    const double side = std::sqrt(area / static_cast<double>(_source.triangles.size()) * 4.0 / std::sqrt(3.0));
+    BisectionForest::Limits limits{};
+    limits.longestEdge = kLeafSide * side;
+    limits.mostPoints = kPointsPerLeaf;
+    limits.mostBisectionsPerPoint = kBisectionsPerPoint;
+    return limits;
+}
+
+BisectionForest ControlMesh::bisectPatches(Progress& progress) const
 {
     progress.begin("bisection", _source.positions.size(), "vertices");
     std::vector<FacePoint> points(_source.positions.size());
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t v) {
         points[v] = toCollapsed(sourceVertex(static_cast<std::uint32_t>(v)));
     });
-    double area = 0.0;
-    for (const auto& t : _source.triangles) {
-        const Eigen::Vector3d& a = _source.positions[t[0]];
-        area += 0.5 * (_source.positions[t[1]] - a).cross(_source.positions[t[2]] - a).norm();
-    }
-    BisectionForest::Limits limits{};
-    // Side of the mean source triangle if it were equilateral, area = √3/4 · side².
-    const double side = std::sqrt(area / static_cast<double>(_source.triangles.size()) * 4.0 / std::sqrt(3.0));
-    limits.longestEdge = kLeafSide * side;
-    limits.mostPoints = kPointsPerLeaf;
     const auto surface = [this](std::uint32_t patch, const Eigen::Vector3d& barycentric) {
         return position(fromCollapsed({patch, barycentric}));
     };
-    BisectionForest forest(_topology, surface, points, limits);
+    BisectionForest forest(_topology, surface, points, parametrizationLimits());
     progress.step(points.size());
     progress.end();
     return forest;

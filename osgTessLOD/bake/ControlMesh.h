@@ -55,6 +55,9 @@ public:
 
     Eigen::Vector3d position(const FacePoint& sourcePoint) const;
 
+    /// A bisection within these limits is about as fine as the source wherever the source is.
+    BisectionForest::Limits parametrizationLimits() const;
+
     const CollapseHistory& history() const { return _history; }
     const StretchMap& stretchMap() const { return *_stretchMap; }
 
@@ -67,7 +70,7 @@ private:
     FacePoint sourceVertex(std::uint32_t vertex) const;
     FacePoint toCollapsed(const FacePoint& sourcePoint) const;
     FacePoint fromCollapsed(const FacePoint& patchPoint) const;
-    BisectionForest refinePatches(Progress& progress) const;
+    BisectionForest bisectPatches(Progress& progress) const;
     void computeNormals(double creaseAngleRadians);
 
     SourceMesh _source;

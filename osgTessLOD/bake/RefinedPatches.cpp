@@ -2,8 +2,8 @@
 #include <osgTessLOD/bake/RefinedPatches.h>
 
 #include <osgTessLOD/asset/TessellationPattern.h>
+#include <osgTessLOD/bake/ChartError.h>
 
-#include <Eigen/Geometry>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -17,124 +17,143 @@ namespace {
 using Eigen::Vector3d;
 
 /// No limits: roots only.
-constexpr BisectionForest::Limits kWhole{std::numeric_limits<double>::infinity(), std::numeric_limits<unsigned>::max()};
-
-double distanceToSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b)
+BisectionForest::Limits wholePatches()
 {
-    const Vector3d along = b - a;
-    const double squared = along.squaredNorm();
-    const double t = squared > 0.0 ? std::clamp((p - a).dot(along) / squared, 0.0, 1.0) : 0.0;
-    return (a + t * along - p).norm();
+    BisectionForest::Limits limits{};
+    limits.longestEdge = std::numeric_limits<double>::infinity();
+    limits.mostPoints = std::numeric_limits<unsigned>::max();
+    return limits;
+}
+
+std::vector<std::uint32_t> facesOf(const std::vector<FacePoint>& points)
+{
+    std::vector<std::uint32_t> faces(points.size());
+    std::transform(points.begin(), points.end(), faces.begin(), [](const FacePoint& point) { return point.face; });
+    return faces;
 }
 
 } // namespace
 
-/// An edge of the pattern half as fine, by its ends and its middle in the pattern itself.
-struct RefinedPatches::HalvedEdge {
-    std::array<std::uint32_t, 2> ends;
-    std::uint32_t middle;
-};
-
-std::vector<RefinedPatches::HalvedEdge> RefinedPatches::halvedEdges(unsigned factor)
+FacePoint RefinedPatches::Round::from(const FacePoint& before) const
 {
-    const TessellationPattern coarse(factor / 2);
-    std::vector<HalvedEdge> edges;
-    for (const auto& t : coarse.triangles()) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            auto a = TessellationPattern::barycentric(factor / 2, t[k]);
-            auto b = TessellationPattern::barycentric(factor / 2, t[(k + 1) % 3]);
-            // Weights over 3·factor: those of the coarse pattern doubled; the middle's need not lie on a vertex.
-            TessellationPattern::Barycentric middle{};
-            for (std::size_t c = 0; c < 3; ++c) {
-                middle[c] = a[c] + b[c];
-                a[c] *= 2;
-                b[c] *= 2;
-            }
-            const std::uint32_t vertex = TessellationPattern::index(factor, middle);
-            if (vertex < TessellationPattern::vertexCount(factor) && TessellationPattern::barycentric(factor, vertex) == middle) {
-                edges.push_back({{TessellationPattern::index(factor, a), TessellationPattern::index(factor, b)}, vertex});
-            }
-        }
-    }
-    return edges;
+    const FacePoint inLeaf = cuts.toLeaf(before);
+    return even->toEven({patchOfLeaf[inLeaf.face], inLeaf.barycentric});
 }
 
-RefinedPatches::RefinedPatches(std::unique_ptr<PatchMap> base, unsigned factor, double tolerance, Progress& progress)
+FacePoint RefinedPatches::Round::to(const FacePoint& after) const
+{
+    const FacePoint inPatch = even->fromEven(after);
+    return cuts.toPatch({leafOfPatch[inPatch.face], inPatch.barycentric});
+}
+
+RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned factor, double tolerance, Progress& progress)
     : _base(std::move(base))
-    , _surface([this](std::uint32_t patch, const Vector3d& b) { return _base->evaluate(patch, b).position; })
-    , _forest(_base->topology(), _surface, {}, kWhole)
 {
     _frame = _base->frame();
     _name = _base->name();
-    refine(factor, tolerance, progress);
-    std::vector<std::array<std::uint32_t, 3>> patches;
-    _patchOfLeaf.assign(_forest.nodeCount(), BisectionForest::kNone);
-    for (std::uint32_t n = 0; n < _forest.nodeCount(); ++n) {
-        if (!_forest.isLeaf(n)) { continue; }
-        _patchOfLeaf[n] = static_cast<std::uint32_t>(patches.size());
-        _leafOfPatch.push_back(n);
-        patches.push_back(_forest.corners(n));
-    }
-    _topology = PatchTopology::build(static_cast<std::uint32_t>(_forest.vertices().size()), std::move(patches));
-}
+    _topology = _base->topology();
+    const std::size_t mostPatches = std::max(kMostGrowth * _topology.patches.size(), kAlwaysAllowed);
+    std::vector<FacePoint> sourceVertices(_base->source().positions.size());
+    tbb::parallel_for(std::size_t{0}, sourceVertices.size(), [&](std::size_t v) {
+        sourceVertices[v] = _base->patchPointOf(static_cast<std::uint32_t>(v));
+    });
 
-/// Largest distance of a sample of the pattern from the piece between its neighbours in the pattern half as fine, halved: what
-/// the pattern itself deviates by at a sharp feature. (Smooth surface deviates by a quarter.)
-double RefinedPatches::deviation(std::uint32_t leaf, unsigned factor, const std::vector<HalvedEdge>& edges) const
-{
-    std::vector<Vector3d> positions(TessellationPattern::vertexCount(factor));
-    for (std::uint32_t v = 0; v < positions.size(); ++v) {
-        const auto b = TessellationPattern::barycentric(factor, v);
-        const FacePoint at = _forest.toPatch({leaf, Vector3d(b[0], b[1], b[2]) / (3.0 * factor)});
-        positions[v] = _surface(at.face, at.barycentric);
-    }
-    double largest = 0.0;
-    for (const HalvedEdge& edge : edges) {
-        largest = std::max(largest, distanceToSegment(positions[edge.middle], positions[edge.ends[0]], positions[edge.ends[1]]));
-    }
-    return 0.5 * largest;
-}
-
-void RefinedPatches::refine(unsigned factor, double tolerance, Progress& progress)
-{
-    const std::vector<HalvedEdge> edges = halvedEdges(factor);
-    std::vector<std::uint32_t> fresh;
-    for (std::uint32_t n = 0; n < _forest.nodeCount(); ++n) { fresh.push_back(n); }
-    const std::size_t roots = fresh.size();
-    const std::size_t mostLeaves = std::max(kMostGrowth * roots, kAlwaysAllowed);
-    progress.begin("refine patches", roots, "patches");
-    for (unsigned round = 0; round < kMostBisections && !fresh.empty(); ++round) {
-        std::vector<std::pair<double, std::uint32_t>> rough(fresh.size()); // less the deviation, and the leaf
-        tbb::parallel_for(std::size_t{0}, fresh.size(), [&](std::size_t i) {
-            rough[i] = {-deviation(fresh[i], factor, edges), fresh[i]};
+    const PatchDistance distance(_base->source());
+    const TessellationPattern pattern(factor);
+    std::vector<char> isMeasured(_topology.patches.size(), 0);
+    progress.begin("refine patches", _topology.patches.size(), "patches");
+    for (unsigned round = 0; round <= kMostRounds; ++round) {
+        const SourceVerticesByPatch byPatch(facesOf(sourceVertices), _topology.patches.size());
+        std::vector<double> error(_topology.patches.size(), 0.0);
+        tbb::parallel_for(std::size_t{0}, error.size(), [&](std::size_t p) {
+            if (isMeasured[p] != 0) { return; }
+            std::vector<Vector3d> positions(pattern.vertexCount());
+            for (std::uint32_t v = 0; v < positions.size(); ++v) {
+                const auto b = TessellationPattern::barycentric(factor, v);
+                positions[v] = position({static_cast<std::uint32_t>(p), Vector3d(b[0], b[1], b[2]) / (3.0 * factor)});
+            }
+            error[p] = distance.twoSided(positions, pattern, byPatch.of(p));
             progress.step(round == 0 ? 1 : 0);
         });
-        std::sort(rough.begin(), rough.end());
-        const std::size_t before = _forest.nodeCount();
-        for (const auto& [lessDeviation, leaf] : rough) {
-            const std::size_t leaves = (_forest.nodeCount() + roots) / 2; // every bisection makes two nodes of a leaf
-            if (-lessDeviation < tolerance || leaves >= mostLeaves) { break; }
-            _forest.bisect({leaf}, _surface);
+        std::vector<std::uint32_t> rough;
+        for (std::uint32_t p = 0; p < error.size(); ++p) {
+            if (error[p] > tolerance) { rough.push_back(p); }
         }
-        fresh.clear();
-        for (std::size_t n = before; n < _forest.nodeCount(); ++n) {
-            if (_forest.isLeaf(static_cast<std::uint32_t>(n))) { fresh.push_back(static_cast<std::uint32_t>(n)); }
-        }
+        if (rough.empty() || round == kMostRounds || _topology.patches.size() >= mostPatches) { break; }
+        std::stable_sort(rough.begin(), rough.end(), [&](std::uint32_t a, std::uint32_t b) { return error[a] > error[b]; });
+        isMeasured = bisect(rough, mostPatches, sourceVertices, progress);
     }
     progress.end();
+    _patchOfSourceVertex = facesOf(sourceVertices);
+}
+
+/// Bisects these patches, and others as far as no vertex may hang. Returns which patches are as they were.
+std::vector<char> RefinedPatches::bisect(const std::vector<std::uint32_t>& rough, std::size_t mostPatches,
+                                         std::vector<FacePoint>& sourceVertices, Progress& progress)
+{
+    const BisectionForest::Surface before = [this](std::uint32_t patch, const Vector3d& b) { return position({patch, b}); };
+    BisectionForest cuts(_topology, before, {}, wholePatches());
+    const std::size_t roots = cuts.nodeCount();
+    for (const std::uint32_t patch : rough) {
+        // Every bisection makes two nodes of a leaf.
+        if ((cuts.nodeCount() + roots) / 2 >= mostPatches) { break; }
+        if (cuts.isLeaf(patch)) { cuts.bisect({patch}, before); }
+    }
+
+    std::vector<std::array<std::uint32_t, 3>> patches;
+    std::vector<std::uint32_t> leafOfPatch;
+    std::vector<std::uint32_t> patchOfLeaf(cuts.nodeCount(), BisectionForest::kNone);
+    std::vector<char> isWhole;
+    for (std::uint32_t n = 0; n < cuts.nodeCount(); ++n) {
+        if (!cuts.isLeaf(n)) { continue; }
+        patchOfLeaf[n] = static_cast<std::uint32_t>(patches.size());
+        leafOfPatch.push_back(n);
+        isWhole.push_back(n < roots ? 1 : 0);
+        patches.push_back(cuts.corners(n));
+    }
+    const BisectionForest::Surface ofLeaf = [&](std::uint32_t patch, const Vector3d& b) {
+        return position(cuts.toPatch({leafOfPatch[patch], b}));
+    };
+    std::vector<FacePoint> points;
+    tbb::parallel_for(std::size_t{0}, sourceVertices.size(), [&](std::size_t v) {
+        sourceVertices[v] = cuts.toLeaf(sourceVertices[v]);
+        sourceVertices[v].face = patchOfLeaf[sourceVertices[v].face];
+    });
+    std::copy_if(sourceVertices.begin(), sourceVertices.end(), std::back_inserter(points),
+                 [&](const FacePoint& point) { return isWhole[point.face] == 0; });
+    PatchTopology topology = PatchTopology::build(static_cast<std::uint32_t>(cuts.vertices().size()), std::move(patches));
+    BisectionForest::Limits limits = _base->parametrizationLimits();
+    std::vector<char> isKept = isWhole;
+    // Where even parameters have not helped by now, halving the old ones may.
+    if (_rounds.size() >= kEvenRounds && _rounds.size() % 2 == 0) { isKept.assign(isKept.size(), 1); }
+    limits.isSpared = isKept;
+    auto even = std::make_unique<StretchMap>(topology, BisectionForest(topology, ofLeaf, points, limits), isKept, progress);
+    tbb::parallel_for(std::size_t{0}, sourceVertices.size(), [&](std::size_t v) {
+        sourceVertices[v] = even->toEven(sourceVertices[v]);
+    });
+    _rounds.push_back({std::move(cuts), std::move(leafOfPatch), std::move(patchOfLeaf), std::move(even)});
+    _topology = std::move(topology);
+    return isWhole;
 }
 
 SurfacePoint RefinedPatches::evaluate(std::uint32_t patch, const Vector3d& barycentric) const
 {
-    const FacePoint at = _forest.toPatch({_leafOfPatch[patch], barycentric});
+    const FacePoint at = toBase({patch, barycentric});
     return _base->evaluate(at.face, at.barycentric);
 }
 
 FacePoint RefinedPatches::fromBase(const FacePoint& basePoint) const
 {
-    FacePoint inLeaf = _forest.toLeaf(basePoint);
-    inLeaf.face = _patchOfLeaf[inLeaf.face];
-    return inLeaf;
+    FacePoint point = basePoint;
+    for (const Round& round : _rounds) { point = round.from(point); }
+    return point;
+}
+
+FacePoint RefinedPatches::toBase(const FacePoint& point) const
+{
+    FacePoint inBase = point;
+    for (auto round = _rounds.rbegin(); round != _rounds.rend(); ++round) { inBase = round->to(inBase); }
+    return inBase;
 }
 
 } // namespace osgTessLOD::bake

@@ -3,8 +3,10 @@
 
 #include <osgTessLOD/Export.h>
 #include <osgTessLOD/bake/BisectionForest.h>
+#include <osgTessLOD/bake/ControlMesh.h>
 #include <osgTessLOD/bake/PatchMap.h>
 #include <osgTessLOD/bake/Progress.h>
+#include <osgTessLOD/bake/StretchMap.h>
 
 #include <cstdint>
 #include <memory>
@@ -12,37 +14,51 @@
 
 namespace osgTessLOD::bake {
 
-/// The patches of another map, bisected where the finest level would not follow the surface closely enough. The surface is
-/// the same; a patch of this map is a leaf of the bisection.
+/// The patches of a control mesh, bisected where the finest level would not follow the surface closely enough. The pieces
+/// of a bisected patch are parametrized evenly anew, measured, and bisected again if that did not do, so that a deep
+/// fold in a patch ends up with patches of its own.
 class OSGTESSLOD_EXPORT RefinedPatches : public PatchMap {
 public:
-    /// Bisects while a patch's surface, sampled at the pattern of `factor` (a power of two ≥ 2), deviates from its pieces
-    /// by an estimated `tolerance` (of the model's size) or more, the roughest first; but no patch more than kMostBisections
-    /// times because of itself, and no more once there are kMostGrowth times as many patches, or kAlwaysAllowed if that is more.
-    RefinedPatches(std::unique_ptr<PatchMap> base, unsigned factor, double tolerance, Progress& progress);
+    /// Bisects patches while their surface, sampled at the pattern of `factor`, is farther than `tolerance` (of the model's
+    /// size) from the source either way, the worst first; but not in more than kMostRounds rounds, and no more once there
+    /// are kMostGrowth times as many patches and kAlwaysAllowed. After kEvenRounds, every other round leaves the pieces their parameters.
+    RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned factor, double tolerance, Progress& progress);
 
-    static constexpr unsigned kMostBisections = 7;
-    static constexpr std::size_t kMostGrowth = 2;
-    static constexpr std::size_t kAlwaysAllowed = 1500;
+    static constexpr unsigned kMostRounds = 12;
+    static constexpr unsigned kEvenRounds = 4;
+    static constexpr std::size_t kMostGrowth = 4;
+    static constexpr std::size_t kAlwaysAllowed = 256;
 
+    const ControlMesh& base() const { return *_base; }
     std::uint64_t sourceTriangles() const override { return _base->sourceTriangles(); }
     SurfacePoint evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const override;
 
-    /// The point of this map that a point of the base map is (face = patch).
+    /// The point of this map that a point of the base map is (face = patch), and the inverse.
     FacePoint fromBase(const FacePoint& basePoint) const;
+    FacePoint toBase(const FacePoint& point) const;
+
+    /// The patch of each source vertex.
+    const std::vector<std::uint32_t>& patchOfSourceVertex() const { return _patchOfSourceVertex; }
 
 private:
-    struct HalvedEdge;
+    /// Patches bisected, and the bijective map of each piece onto itself that makes its parameters even.
+    struct Round {
+        BisectionForest cuts;
+        std::vector<std::uint32_t> leafOfPatch;
+        std::vector<std::uint32_t> patchOfLeaf;  ///< by node
+        std::unique_ptr<StretchMap> even;
 
-    static std::vector<HalvedEdge> halvedEdges(unsigned factor);
-    double deviation(std::uint32_t leaf, unsigned factor, const std::vector<HalvedEdge>& edges) const;
-    void refine(unsigned factor, double tolerance, Progress& progress);
+        FacePoint from(const FacePoint& before) const;
+        FacePoint to(const FacePoint& after) const;
+    };
 
-    std::unique_ptr<PatchMap> _base;
-    BisectionForest::Surface _surface;
-    BisectionForest _forest;
-    std::vector<std::uint32_t> _leafOfPatch;
-    std::vector<std::uint32_t> _patchOfLeaf;   ///< by node
+    Eigen::Vector3d position(const FacePoint& point) const { return _base->position(_base->toSource(toBase(point))); }
+    std::vector<char> bisect(const std::vector<std::uint32_t>& rough, std::size_t mostPatches,
+                             std::vector<FacePoint>& sourceVertices, Progress& progress);
+
+    std::unique_ptr<ControlMesh> _base;
+    std::vector<Round> _rounds;
+    std::vector<std::uint32_t> _patchOfSourceVertex;
 };
 
 } // namespace osgTessLOD::bake

@@ -69,7 +69,8 @@ std::vector<SideVertex> verticesOnSide(const BisectionForest& forest, const std:
 
 } // namespace
 
-StretchMap::StretchMap(const PatchTopology& topology, BisectionForest forest, Progress& progress)
+StretchMap::StretchMap(const PatchTopology& topology, BisectionForest forest, const std::vector<char>& isKept,
+                       Progress& progress)
     : _forest(std::move(forest))
     , _even(_forest.nodeCount())
     , _alongEdge(_forest.vertices().size(), 0.0)
@@ -80,7 +81,7 @@ StretchMap::StretchMap(const PatchTopology& topology, BisectionForest forest, Pr
     tbb::parallel_for(std::size_t{0}, topology.edges.size(), [&](std::size_t e) {
         spreadBorder(topology.edges[e], leaves[topology.edges[e].patches[0]]);
     });
-    embedPatches(topology, leaves, progress);
+    embedPatches(topology, leaves, isKept, progress);
     tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t p) { _locators[p] = makeLocator(leaves[p]); });
     progress.end();
 }
@@ -118,35 +119,35 @@ void StretchMap::keepPatch(const Leaves& leaves)
     }
 }
 
-void StretchMap::embedPatches(const PatchTopology& topology, const std::vector<Leaves>& leaves, Progress& progress)
+void StretchMap::embedPatches(const PatchTopology& topology, const std::vector<Leaves>& leaves,
+                              const std::vector<char>& isKept, Progress& progress)
 {
     enum class State : char { kWaiting, kEmbedded, kKept };
     std::vector<State> state(leaves.size(), State::kWaiting);
+    std::vector<char> toKeep = isKept;
+    toKeep.resize(leaves.size(), 0);
     for (bool again = true; again;) {
-        std::vector<char> failed(leaves.size(), 0);
-        tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t p) {
-            if (state[p] != State::kWaiting) { return; }
-            state[p] = State::kEmbedded;
-            failed[p] = embedPatch(topology, static_cast<std::uint32_t>(p), leaves[p]) ? 0 : 1;
-            progress.step(1);
-        });
         // A patch that keeps its parameters keeps its borders', so its neighbours are embedded once more.
-        again = false;
         for (std::size_t p = 0; p < leaves.size(); ++p) {
-            if (failed[p] == 0) { continue; }
+            if (toKeep[p] == 0) { continue; }
             state[p] = State::kKept;
             keepPatch(leaves[p]);
             for (const std::uint32_t e : topology.patchEdges[p]) {
                 const PatchTopology::Edge& edge = topology.edges[e];
                 keepBorder(edge, leaves[edge.patches[0]]);
                 for (const std::uint32_t neighbour : edge.patches) {
-                    if (neighbour != kNoPatch && state[neighbour] == State::kEmbedded) {
-                        state[neighbour] = State::kWaiting;
-                        again = true;
-                    }
+                    if (neighbour != kNoPatch && state[neighbour] == State::kEmbedded) { state[neighbour] = State::kWaiting; }
                 }
             }
         }
+        toKeep.assign(leaves.size(), 0);
+        tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t p) {
+            if (state[p] != State::kWaiting) { return; }
+            state[p] = State::kEmbedded;
+            toKeep[p] = embedPatch(topology, static_cast<std::uint32_t>(p), leaves[p]) ? 0 : 1;
+            progress.step(1);
+        });
+        again = std::find(toKeep.begin(), toKeep.end(), 1) != toKeep.end();
     }
 }
 

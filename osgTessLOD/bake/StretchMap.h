@@ -19,8 +19,9 @@ namespace osgTessLOD::bake {
 /// bijective, a patch keeps its parameters.
 class StretchMap {
 public:
-    /// `forest` is the triangulation on whose leaves the map is linear.
-    StretchMap(const PatchTopology& topology, BisectionForest forest, Progress& progress);
+    /// `forest` is the triangulation on whose leaves the map is linear. Patches with `isKept` (empty: none) keep their
+    /// parameters.
+    StretchMap(const PatchTopology& topology, BisectionForest forest, const std::vector<char>& isKept, Progress& progress);
 
     /// From the parameters given by the collapses to even ones, and back (face = patch).
     FacePoint toEven(const FacePoint& point) const;
@@ -43,7 +44,8 @@ private:
     void keepBorder(const PatchTopology::Edge& edge, const Leaves& leaves);
     bool embedPatch(const PatchTopology& topology, std::uint32_t patch, const Leaves& leaves);
     void keepPatch(const Leaves& leaves);
-    void embedPatches(const PatchTopology& topology, const std::vector<Leaves>& leaves, Progress& progress);
+    void embedPatches(const PatchTopology& topology, const std::vector<Leaves>& leaves, const std::vector<char>& isKept,
+                      Progress& progress);
     Locator makeLocator(const Leaves& leaves) const;
     static unsigned cell(const Locator& locator, double coordinate);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <bake/ProceduralMeshes.h>
 
+#include <osgTessLOD/bake/ChartError.h>
 #include <osgTessLOD/bake/ControlMesh.h>
 #include <osgTessLOD/bake/RefinedPatches.h>
 
@@ -27,11 +28,13 @@ struct Refined {
     std::unique_ptr<RefinedPatches> map;
 };
 
+constexpr unsigned kFactor = 8;
+
 Refined refine(std::unique_ptr<ControlMesh> base, double tolerance)
 {
     Progress progress;
     Refined refined{base.get(), nullptr};
-    refined.map = std::make_unique<RefinedPatches>(std::move(base), 8, tolerance, progress);
+    refined.map = std::make_unique<RefinedPatches>(std::move(base), kFactor, tolerance, progress);
     return refined;
 }
 
@@ -51,6 +54,11 @@ void expectSameSurface(const Refined& refined)
         const FacePoint point{anyPatch(random), randomWeights(random)};
         const FacePoint moved = refined.map->fromBase(point);
         ASSERT_LT(moved.face, topology.patches.size());
+        const FacePoint back = refined.map->toBase(moved);
+        ASSERT_LT((refined.base->evaluate(back.face, back.barycentric).position -
+                   refined.base->evaluate(point.face, point.barycentric).position)
+                      .norm(),
+                  1e-9);
         const Vector3d expected = refined.base->evaluate(point.face, point.barycentric).position;
         ASSERT_LT((refined.map->evaluate(moved.face, moved.barycentric).position - expected).norm(), 1e-9);
     }
@@ -83,6 +91,33 @@ TEST(RefinedPatches, BisectsWhatIsNot)
     EXPECT_GT(fine.map->topology().patches.size(), coarse.map->topology().patches.size());
     expectSameSurface(coarse);
     expectSameSurface(fine);
+}
+
+TEST(RefinedPatches, PiecesOfARoughSurfaceAreNearEnough)
+{
+    constexpr double kTolerance = 0.004;
+    const Refined refined = refine(controlMesh(spikySphere(5), 8), kTolerance);
+    const SourceMesh& source = refined.base->source();
+    Progress progress;
+    ChartSet charts = makeCharts(*refined.map, kFactor, progress);
+    measureChartErrors(source, refined.map->patchOfSourceVertex(), charts, progress);
+    for (std::size_t p = 0; p < charts.charts.size(); ++p) {
+        // Borders are sampled in one of their patches: its rounding is all that differs.
+        EXPECT_LE(charts.charts[p].chartError, kTolerance + 1e-9) << "patch " << p;
+    }
+}
+
+TEST(RefinedPatches, KnowsThePatchOfEachSourceVertex)
+{
+    const Refined refined = refine(controlMesh(spikySphere(5), 8), 1e-2);
+    const auto& patches = refined.map->patchOfSourceVertex();
+    ASSERT_EQ(patches.size(), refined.base->source().positions.size());
+    std::size_t same = 0;
+    for (std::uint32_t v = 0; v < patches.size(); ++v) {
+        // On a border either side will do.
+        same += patches[v] == refined.map->fromBase(refined.base->patchPointOf(v)).face ? 1 : 0;
+    }
+    EXPECT_EQ(same, patches.size());
 }
 
 TEST(RefinedPatches, KeepsBoundaries)

@@ -40,7 +40,8 @@ TEST_P(ScanAccuracy, FinestLevelIsWithinAThousandthOfTheDiagonal)
 }
 
 INSTANTIATE_TEST_SUITE_P(Scans, ScanAccuracy,
-                         testing::Values("bunny_69k.ply", "armadillo_86k.obj", "turbine_199k.ply", "dragon_871k.ply"));
+                         testing::Values("bunny_69k.ply", "armadillo_86k.obj", "turbine_199k.ply", "engine_635k.ply",
+                                         "dragon_871k.ply"));
 
 } // namespace
 } // namespace osgTessLOD::bake
