@@ -48,8 +48,9 @@ private:
     static unsigned cell(const Locator& locator, double coordinate);
 
     BisectionForest _forest;
-    std::vector<std::array<Eigen::Vector2d, 3>> _even; ///< per node: its corners' even parameters (weights of corners 1, 2)
-    std::vector<double> _alongEdge;                    ///< per forest vertex on a border: share of the border's length before it
+    std::vector<std::array<Eigen::Vector2d, 3>>
+        _even;                      ///< per node: its corners' even parameters (weights of corners 1, 2)
+    std::vector<double> _alongEdge; ///< per forest vertex on a border: share of the border's length before it
     std::vector<Locator> _locators;
 };
 
