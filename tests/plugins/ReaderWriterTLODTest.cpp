@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The plugin as applications meet it: through osgDB, found by OSG_LIBRARY_PATH.
 #include <asset/SyntheticAsset.h>
-#include <asset/TemporaryDirectory.h>
-#include <viewer/FileBytes.h>
 
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
+#include <support/FileBytes.h>
+#include <support/TemporaryDirectory.h>
 
 #include <gtest/gtest.h>
 
