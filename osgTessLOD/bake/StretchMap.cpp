@@ -134,6 +134,7 @@ void StretchMap::embedPatches(const PatchTopology& topology, const std::vector<L
             if (failed[p] == 0) { continue; }
             state[p] = State::kKept;
             keepPatch(leaves[p]);
+            ++_keptPatches;
             for (const std::uint32_t e : topology.patchEdges[p]) {
                 const PatchTopology::Edge& edge = topology.edges[e];
                 keepBorder(edge, leaves[edge.patches[0]]);

@@ -250,6 +250,7 @@ TEST_P(ControlMeshOf, EveryLocalMapIsABijection)
     const ControlMesh map = this->map();
     EXPECT_NO_THROW(map.history().validate());
     EXPECT_NO_THROW(map.stretchMap().validate());
+    EXPECT_EQ(map.stretchMap().keptPatches(), 0U);
 }
 
 TEST_P(ControlMeshOf, SourceVerticesReturn) { expectVerticesToReturn(map()); }
@@ -391,6 +392,7 @@ TEST_P(ControlMeshOf, AskedForOnePatchItStopsWhereTopologyEnds)
               topologyOf(map.source().positions.size(), map.source().triangles));
     EXPECT_NO_THROW(map.history().validate());
     EXPECT_NO_THROW(map.stretchMap().validate());
+    EXPECT_EQ(map.stretchMap().keptPatches(), 0U);
     expectContinuousBorders(map);
 }
 
@@ -428,6 +430,7 @@ TEST_P(ControlMeshOfScan, KeepsEveryInvariant)
     const ControlMesh map = makeControlMesh(source, 0);
     EXPECT_NO_THROW(map.history().validate());
     EXPECT_NO_THROW(map.stretchMap().validate());
+    EXPECT_EQ(map.stretchMap().keptPatches(), 0U);
     EXPECT_EQ(topologyOf(map.baseVertices().size(), map.topology().patches),
               topologyOf(source.positions.size(), source.triangles));
     expectCornersAtBaseVertices(map);
