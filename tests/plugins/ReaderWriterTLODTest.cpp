@@ -42,7 +42,8 @@ LodAsset assetAt(double x, double y, double z)
 
 ReadResult read(const std::string& path, const std::string& options = "")
 {
-    return osgDB::Registry::instance()->readNode(path, new osgDB::Options(options));
+    const osg::ref_ptr<osgDB::Options> parsed = new osgDB::Options(options);
+    return osgDB::Registry::instance()->readNode(path, parsed);
 }
 
 osgDB::ReaderWriter& plugin()
