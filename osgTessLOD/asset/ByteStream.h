@@ -49,6 +49,7 @@ public:
         field(static_cast<std::uint32_t>(text.size()));
         bytes.insert(bytes.end(), text.begin(), text.end());
     }
+    template <class... Values> void fields(const Values&... values) { (field(values), ...); }
     void zeros(std::size_t count) { bytes.resize(bytes.size() + count); }
 
     Bytes bytes;
@@ -88,6 +89,7 @@ public:
         const std::uint8_t* from = take(size);
         text.assign(from, from + size);
     }
+    template <class... Values> void fields(Values&... values) { (field(values), ...); }
     /// Throws AssetError if they are anything else.
     void zeros(std::size_t count)
     {

@@ -29,13 +29,7 @@ constexpr std::uint32_t kCodecZstd = 1;
 
 template <class Stream, class Entry> void passEntry(Stream& stream, Entry& entry)
 {
-    stream.field(entry.type);
-    stream.field(entry.level);
-    stream.field(entry.codec);
-    stream.field(entry.crc);
-    stream.field(entry.offset);
-    stream.field(entry.stored);
-    stream.field(entry.content);
+    stream.fields(entry.type, entry.level, entry.codec, entry.crc, entry.offset, entry.stored, entry.content);
     stream.zeros(8);
 }
 
@@ -210,12 +204,7 @@ TlodContainerReader::Header TlodContainerReader::parseHeader(const Bytes& bytes)
 {
     Header header;
     ByteReader in(bytes.data(), bytes.size());
-    in.field(header.magic);
-    in.field(header.version);
-    in.field(header.chunks);
-    in.field(header.fileBytes);
-    in.field(header.crc);
-    in.field(header.reserved);
+    in.fields(header.magic, header.version, header.chunks, header.fileBytes, header.crc, header.reserved);
     if (header.magic != kMagic) {
         const bool begins = std::equal(kMagic.begin(), kMagic.begin() + 5, header.magic.begin());
         throw AssetError(begins ? "line ends were changed: it was transferred as text" : "is not a .tlod file");

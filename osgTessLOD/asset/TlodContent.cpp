@@ -10,13 +10,8 @@ namespace {
 /// What follows the counts.
 template <class Stream, class Asset> void passConstants(Stream& stream, Asset& asset)
 {
-    stream.field(asset.sourceTriangles);
-    stream.field(asset.lattice.origin);
-    stream.field(asset.lattice.step);
-    stream.field(asset.boundsMin);
-    stream.field(asset.boundsMax);
-    stream.field(asset.technique);
-    stream.field(asset.source);
+    stream.fields(asset.sourceTriangles, asset.lattice.origin, asset.lattice.step, asset.boundsMin, asset.boundsMax,
+                  asset.technique, asset.source);
 }
 
 void checkCounts(const ContentCounts& counts)
@@ -62,18 +57,14 @@ ContentCounts decodeMeta(const Bytes& content, LodAsset& asset)
 {
     ByteReader in(content.data(), content.size());
     ContentCounts counts;
-    in.field(counts.baseVertices);
-    in.field(counts.edges);
-    in.field(counts.patches);
-    in.field(counts.normalResolution);
+    in.fields(counts.baseVertices, counts.edges, counts.patches, counts.normalResolution);
     std::uint32_t levels = 0;
     in.field(levels);
     if (levels == 0 || levels > LodAsset::kMaxLevels) { throw AssetError("number of levels out of range"); }
     for (std::uint32_t level = 0; level < levels; ++level) {
         std::uint32_t factor = 0;
         std::uint32_t reached = 0;
-        in.field(factor);
-        in.field(reached);
+        in.fields(factor, reached);
         if (!TessellationPattern::isValidFactor(factor)) { throw AssetError("ladder has an invalid factor"); }
         asset.ladder.push_back(static_cast<std::uint16_t>(factor));
         counts.levelPatches.push_back(reached);

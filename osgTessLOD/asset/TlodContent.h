@@ -40,9 +40,7 @@ template <> struct ItemFormat<LodEdge> {
     static constexpr std::size_t kBytes = 20;
     template <class Stream, class Edge> static void pass(Stream& stream, Edge& edge)
     {
-        stream.field(edge.baseVertices);
-        stream.field(edge.patches);
-        stream.field(edge.finestLevel);
+        stream.fields(edge.baseVertices, edge.patches, edge.finestLevel);
         stream.zeros(3);
     }
 };
@@ -51,15 +49,8 @@ template <> struct ItemFormat<LodPatch> {
     static constexpr std::size_t kBytes = 76;
     template <class Stream, class Patch> static void pass(Stream& stream, Patch& patch)
     {
-        stream.field(patch.baseVertices);
-        stream.field(patch.edges);
-        stream.field(patch.latticeOrigin);
-        stream.field(patch.boundCenter);
-        stream.field(patch.boundRadius);
-        stream.field(patch.coneAxis);
-        stream.field(patch.coneCosine);
-        stream.field(patch.chartError);
-        stream.field(patch.finestLevel);
+        stream.fields(patch.baseVertices, patch.edges, patch.latticeOrigin, patch.boundCenter, patch.boundRadius,
+                      patch.coneAxis, patch.coneCosine, patch.chartError, patch.finestLevel);
         stream.zeros(3);
     }
 };
@@ -68,8 +59,7 @@ template <> struct ItemFormat<LevelError> {
     static constexpr std::size_t kBytes = 28;
     template <class Stream, class Error> static void pass(Stream& stream, Error& error)
     {
-        stream.field(error.quadratic.q);
-        stream.field(error.isotropic);
+        stream.fields(error.quadratic.q, error.isotropic);
     }
 };
 

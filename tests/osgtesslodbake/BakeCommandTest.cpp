@@ -341,8 +341,7 @@ TEST_F(BakeCommand, EndsSoonAndCleanlyWhenInterrupted)
             ASSERT_TRUE(process.waitForHandler());
             std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
             process.signal(number);
-            EXPECT_EQ(process.exitCode(kSoon), 1)
-                << "signal " << number << " after " << milliseconds;
+            EXPECT_EQ(process.exitCode(kSoon), 1) << "signal " << number << " after " << milliseconds;
             EXPECT_NE(process.errors().find("interrupted"), std::string::npos);
             EXPECT_EQ(_folder.entryCount(), 0U);
         }

@@ -13,7 +13,6 @@
 #include <osg/MatrixTransform>
 #include <osg/PolygonMode>
 #include <osg/ShapeDrawable>
-#include <osg/Texture2D>
 
 #include <array>
 #include <cmath>
@@ -279,27 +278,11 @@ TEST_F(Rendering, frozenSelectionsIgnoreTheCamera)
     EXPECT_EQ(view.pixelScale, 321.0);
 }
 
-/// A camera that renders the scene into a texture.
-osg::ref_ptr<osg::Camera> makeTextureCamera(osg::Node* scene, int size)
-{
-    const osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D;
-    texture->setTextureSize(size, size);
-    texture->setInternalFormat(GL_RGBA);
-    const osg::ref_ptr<osg::Camera> result = new osg::Camera;
-    result->setName("texture");
-    result->setRenderOrder(osg::Camera::PRE_RENDER);
-    result->setRenderTargetImplementation(osg::Camera::FRAME_BUFFER_OBJECT);
-    result->attach(osg::Camera::COLOR_BUFFER, texture.get());
-    result->setViewport(0, 0, size, size);
-    result->setProjectionMatrixAsOrtho(-2.0, 2.0, -2.0, 2.0, 0.1, 100.0);
-    result->setViewMatrixAsLookAt(osg::Vec3d(0.0, 0.0, 10.0), osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
-    result->addChild(scene);
-    return result;
-}
-
 TEST_F(Rendering, camerasThatInheritTheViewpointSelectWhatTheMainViewSelects)
 {
     const osg::ref_ptr<osg::Camera> texture = makeTextureCamera(drawable.get(), 64);
+    texture->setProjectionMatrixAsOrtho(-2.0, 2.0, -2.0, 2.0, 0.1, 100.0);
+    texture->setViewMatrixAsLookAt(osg::Vec3d(0.0, 0.0, 10.0), osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
     root->addChild(texture.get());
     for (const bool inherits : {false, true}) {
         texture->setReferenceFrame(inherits ? osg::Transform::ABSOLUTE_RF_INHERIT_VIEWPOINT
