@@ -1,41 +1,21 @@
 // SPDX-License-Identifier: MIT
 #include "SceneDrawables.h"
 
-#include <osg/NodeVisitor>
+#include <osgTessLOD/render/PlacedDrawable.h>
 
 #include <algorithm>
 
 namespace osgTessLOD {
 
-namespace {
-
-class DrawableFinder : public osg::NodeVisitor {
-public:
-    DrawableFinder()
-        : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN)
-    {
-    }
-    META_NodeVisitor(osgTessLOD, DrawableFinder)
-
-    using osg::NodeVisitor::apply;
-    void apply(osg::Drawable& drawable) override
-    {
-        auto* found = dynamic_cast<TessLODDrawable*>(&drawable);
-        if (found && std::find(_drawables.begin(), _drawables.end(), found) == _drawables.end()) {
-            _drawables.emplace_back(found);
-        }
-    }
-
-    DrawableList _drawables;
-};
-
-} // namespace
-
 DrawableList findDrawables(osg::Node& scene)
 {
-    DrawableFinder finder;
-    scene.accept(finder);
-    return finder._drawables;
+    DrawableList drawables;
+    for (const PlacedDrawable& placed : findTessLODDrawables(scene)) {
+        if (std::find(drawables.begin(), drawables.end(), placed.drawable) == drawables.end()) {
+            drawables.push_back(placed.drawable);
+        }
+    }
+    return drawables;
 }
 
 void changeOptions(const DrawableList& drawables, const std::function<void(SelectionOptions&)>& change)

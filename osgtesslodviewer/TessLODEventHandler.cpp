@@ -17,6 +17,20 @@ constexpr int kColorKey = 'k';
 constexpr int kCullKey = 'u';
 constexpr int kOverlayKey = 'y';
 
+struct KeyUse {
+    int key;
+    const char* what;
+};
+
+constexpr KeyUse kKeyUses[] = {
+    {kFinerKey, "Ask for a smaller error on screen"},
+    {kCoarserKey, "Ask for a larger error on screen"},
+    {kFreezeKey, "Freeze the selection of levels and patches at this view, or let it go on"},
+    {kColorKey, "Toggle colours by level"},
+    {kCullKey, "Toggle culling of patches"},
+    {kOverlayKey, "Toggle the status line"},
+};
+
 constexpr double kErrorStep = 1.189207115002721; ///< fourth root of 2
 constexpr double kSmallestError = 1.0 / 64.0;
 constexpr double kLargestError = 1024.0;
@@ -112,12 +126,7 @@ void TessLODEventHandler::toggleFrozen(osgGA::GUIActionAdapter& action)
 
 void TessLODEventHandler::getUsage(osg::ApplicationUsage& usage) const
 {
-    usage.addKeyboardMouseBinding("[", "Ask for a smaller error on screen");
-    usage.addKeyboardMouseBinding("]", "Ask for a larger error on screen");
-    usage.addKeyboardMouseBinding("x", "Freeze the selection of levels and patches at this view, or let it go on");
-    usage.addKeyboardMouseBinding("k", "Toggle colours by level");
-    usage.addKeyboardMouseBinding("u", "Toggle culling of patches");
-    usage.addKeyboardMouseBinding("y", "Toggle the status line");
+    for (const KeyUse& use : kKeyUses) { usage.addKeyboardMouseBinding(use.key, use.what); }
 }
 
 } // namespace osgTessLOD

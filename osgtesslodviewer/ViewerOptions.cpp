@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <utility>
 #include <vector>
 
 namespace osgTessLOD {
@@ -17,6 +18,25 @@ namespace {
 
 constexpr int kLargestSide = 16384;
 constexpr unsigned kMostFrames = 100000;
+
+/// The options and their values, and what they are for.
+constexpr std::pair<const char*, const char*> kOptions[] = {
+    {"--error-pixels <number>", "Largest error on screen asked for, in pixels."},
+    {"--max-factor <number>", "Do not use levels of larger tessellation factors."},
+    {"--no-cull", "Draw patches outside the view frustum too."},
+    {"--color-by-level", "Colour patches by their level."},
+    {"--wireframe", "Draw lines instead of filled triangles."},
+    {"-p <file>", "In a window: follow the animation path in the file."},
+    {"--headless", "Render without a window or display, write the files asked for, and end."},
+    {"--size <W>x<H>", "Headless: size of the picture in pixels; 1280x800 if not given."},
+    {"--camera <ex,ey,ez,cx,cy,cz,ux,uy,uz>",
+     "Headless: eye, centre and up vector; the trackball's home position if not given."},
+    {"--fov <degrees>", "Headless: vertical field of view."},
+    {"--frames <number>", "Headless: frames to take times of; 5 if not given."},
+    {"--screenshot <file.png>", "Headless: write the picture."},
+    {"--capture <file.ply>", "Headless: write the triangles that the GPU drew, in world space."},
+    {"--stats <file.json>", "Headless: write the view, what was drawn, and times."},
+};
 
 void reject(osg::ArgumentParser& arguments, const std::string& option, const std::string& value, const char* wanted)
 {
@@ -118,22 +138,7 @@ void takeCamera(osg::ArgumentParser& arguments, ViewerOptions& options)
 
 void describeViewerOptions(osg::ApplicationUsage& usage)
 {
-    usage.addCommandLineOption("--error-pixels <number>", "Largest error on screen asked for, in pixels.");
-    usage.addCommandLineOption("--max-factor <number>", "Do not use levels of larger tessellation factors.");
-    usage.addCommandLineOption("--no-cull", "Draw patches outside the view frustum too.");
-    usage.addCommandLineOption("--color-by-level", "Colour patches by their level.");
-    usage.addCommandLineOption("--wireframe", "Draw lines instead of filled triangles.");
-    usage.addCommandLineOption("-p <file>", "Follow the animation path in the file.");
-    usage.addCommandLineOption("--headless", "Render without a window or display, write the files asked for, and end.");
-    usage.addCommandLineOption("--size <W>x<H>", "Headless: size of the picture in pixels; 1280x800 if not given.");
-    usage.addCommandLineOption("--camera <ex,ey,ez,cx,cy,cz,ux,uy,uz>",
-                               "Headless: eye, centre and up vector; the trackball's home position if not given.");
-    usage.addCommandLineOption("--fov <degrees>", "Headless: vertical field of view.");
-    usage.addCommandLineOption("--frames <number>", "Headless: frames to take times of; 5 if not given.");
-    usage.addCommandLineOption("--screenshot <file.png>", "Headless: write the picture.");
-    usage.addCommandLineOption("--capture <file.ply>",
-                               "Headless: write the triangles that the GPU drew, in world space.");
-    usage.addCommandLineOption("--stats <file.json>", "Headless: write the view, what was drawn, and times.");
+    for (const auto& [option, purpose] : kOptions) { usage.addCommandLineOption(option, purpose); }
 }
 
 ViewerOptions readViewerOptions(osg::ArgumentParser& arguments)
@@ -146,6 +151,9 @@ ViewerOptions readViewerOptions(osg::ArgumentParser& arguments)
     while (arguments.read("--wireframe")) { options.wireframe = true; }
     options.pathFile = takeValue(arguments, "-p").value_or("");
     while (arguments.read("--headless")) { options.headless = true; }
+    if (options.headless && !options.pathFile.empty()) {
+        arguments.reportError("-p needs a window, not --headless", osg::ArgumentParser::CRITICAL);
+    }
     if (!options.headless) {
         for (const char* option : {"--size", "--camera", "--fov", "--frames", "--screenshot", "--capture", "--stats"}) {
             if (takeValue(arguments, option)) {

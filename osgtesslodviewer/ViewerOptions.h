@@ -27,7 +27,7 @@ struct ViewerOptions {
     bool cullPatches = true;
     bool colorByLevel = false;
     bool wireframe = false;
-    std::string pathFile; ///< animation path to follow; empty: none
+    std::string pathFile; ///< animation path to follow, in a window alone; empty: none
 
     bool headless = false; ///< what follows is for headless runs alone
     int width = 1280;      ///< pixels

@@ -52,7 +52,8 @@ public:
     static std::uint32_t index(unsigned factor, const Place& place);
 
     static Barycentric barycentric(unsigned factor, std::uint32_t vertex);
-    /// Index of the vertex with these (exact) coordinates.
+    /// Index of the vertex with these (exact) coordinates, whose sum is 3·factor. Where no vertex has them, that of some
+    /// vertex of the pattern: barycentric() of it tells.
     static std::uint32_t index(unsigned factor, const Barycentric& barycentric);
     /// Index of the vertex nearest to floating point tessellation coordinates (Lambert Alg. 2); the GLSL function
     /// tessLodPatternIndex computes the same.

@@ -31,11 +31,11 @@ namespace osgTessLOD {
 
 /// A chunk of a .tlod file as its table of contents lists it.
 struct TlodChunk {
-    std::string type;               ///< four characters
-    std::uint32_t level;            ///< for level chunks, else 0
+    std::string type;    ///< four characters
+    std::uint32_t level; ///< for level chunks, else 0
     std::uint64_t storedBytes;
-    std::uint64_t contentBytes;     ///< after decompression
-    std::uint64_t offset;           ///< of the stored bytes from the file's beginning
+    std::uint64_t contentBytes; ///< after decompression
+    std::uint64_t offset;       ///< of the stored bytes from the file's beginning
 };
 
 /// Writes `asset` to `path`: first to a temporary file beside it, which is renamed once it is complete and flushed, so

@@ -5,6 +5,8 @@
 // SIGGRAPH 2020 (successive self-parameterization).
 #include <osgTessLOD/bake/CollapseHistory.h>
 
+#include <osgTessLOD/bake/PlaneTriangle.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -18,11 +20,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-double twiceArea(const Vector2d& a, const Vector2d& b, const Vector2d& c)
-{
-    return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
-}
-
 /// A triangle of a step's plane that may hold a point, with the point's weights in it.
 struct Candidate {
     double inside = -std::numeric_limits<double>::infinity(); ///< smallest weight
@@ -31,8 +28,7 @@ struct Candidate {
 
     void offer(unsigned triangle, const Vector2d& p, const Vector2d& a, const Vector2d& b, const Vector2d& c)
     {
-        const double total = twiceArea(a, b, c);
-        const Vector3d w(twiceArea(p, b, c) / total, twiceArea(a, p, c) / total, twiceArea(a, b, p) / total);
+        const Vector3d w = weightsOf(p, a, b, c);
         if (w.minCoeff() > inside) {
             inside = w.minCoeff();
             index = triangle;
@@ -48,8 +44,7 @@ struct Candidate {
 };
 
 /// The triangle (0, j+1, j+2) of a polygon that holds p.
-template <typename Polygon>
-FacePoint locateInFan(unsigned size, const Polygon& at, const Vector2d& p)
+template <typename Polygon> FacePoint locateInFan(unsigned size, const Polygon& at, const Vector2d& p)
 {
     Candidate best;
     for (unsigned j = 0; j + 2 < size; ++j) { best.offer(j, p, at(0), at(j + 1), at(j + 2)); }
@@ -79,7 +74,8 @@ double CollapseHistory::Step::quality() const
 FacePoint CollapseHistory::Step::carry(unsigned sector, const Vector3d& weights) const
 {
     const auto at = [&](unsigned i) -> Vector2d { return ring[i % ringSize].cast<double>(); };
-    return locateInFan(ringSize, at, weights[0] * center.cast<double>() + weights[1] * at(sector) + weights[2] * at(sector + 1));
+    return locateInFan(ringSize, at,
+                       weights[0] * center.cast<double>() + weights[1] * at(sector) + weights[2] * at(sector + 1));
 }
 
 CollapseHistory::CollapseHistory(std::uint32_t sourceFaces)
@@ -128,7 +124,8 @@ FacePoint CollapseHistory::toCoarse(FacePoint point) const
         const Vector2d p = point.barycentric[corner] * _ring[step.firstRing].cast<double>() +
                            point.barycentric[(corner + 1) % 3] * ringPoint(step, sector) +
                            point.barycentric[(corner + 2) % 3] * ringPoint(step, sector + 1);
-        point = locateInFan(step.ringSize, [&](unsigned i) { return ringPoint(step, i); }, p);
+        point = locateInFan(
+            step.ringSize, [&](unsigned i) { return ringPoint(step, i); }, p);
         point.face += step.firstNewFace;
     }
     return point;
@@ -163,7 +160,9 @@ void CollapseHistory::validate() const
         double before = 0.0;
         double after = 0.0;
         const auto take = [&](double& sum, double area) {
-            if (!(area > 0.0)) { throw std::logic_error("collapse " + std::to_string(s) + " has a triangle turned over"); }
+            if (!(area > 0.0)) {
+                throw std::logic_error("collapse " + std::to_string(s) + " has a triangle turned over");
+            }
             sum += area;
         };
         for (unsigned i = 0; i < step.ringSize; ++i) {

@@ -3,6 +3,8 @@
 // Shin Yoshizawa, Alexander Belyaev, Hans-Peter Seidel, "A fast and simple stretch-minimizing mesh parameterization", SMI 2004.
 #include <osgTessLOD/bake/StretchEmbedding.h>
 
+#include <osgTessLOD/bake/PlaneTriangle.h>
+
 #include <Eigen/Geometry>
 #include <Eigen/SparseLU>
 
@@ -31,16 +33,10 @@ constexpr double kMostDensity = 4.0;
 /// A vertex' stretch changes its neighbours' weights by no more than this factor in one round.
 constexpr double kLargestChange = 8.0;
 
-double twiceArea(const Vector2d& a, const Vector2d& b, const Vector2d& c)
-{
-    return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
-}
-
 bool isPositive(const DiscMesh& mesh, const Plane& plane)
 {
-    return std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
-        return twiceArea(plane[t[0]], plane[t[1]], plane[t[2]]) > 0.0;
-    });
+    return std::all_of(mesh.triangles.begin(), mesh.triangles.end(),
+                       [&](const auto& t) { return twiceArea(plane[t[0]], plane[t[1]], plane[t[2]]) > 0.0; });
 }
 
 /// A directed edge's share of a mean value weight: vertex → neighbour, as seen from one triangle.

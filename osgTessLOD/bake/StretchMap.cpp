@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/bake/StretchMap.h>
 
+#include <osgTessLOD/bake/PlaneTriangle.h>
 #include <osgTessLOD/bake/StretchEmbedding.h>
 
 #include <tbb/parallel_for.h>
@@ -18,11 +19,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-double twiceArea(const Vector2d& a, const Vector2d& b, const Vector2d& c)
-{
-    return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
-}
 
 Vector2d planar(const Vector3d& barycentric)
 {
@@ -46,7 +42,8 @@ struct SideVertex {
 };
 
 /// The forest's vertices on side `side` of a patch, in order, both corners included.
-std::vector<SideVertex> verticesOnSide(const BisectionForest& forest, const std::vector<std::uint32_t>& leaves, unsigned side)
+std::vector<SideVertex> verticesOnSide(const BisectionForest& forest, const std::vector<std::uint32_t>& leaves,
+                                       unsigned side)
 {
     std::vector<SideVertex> vertices;
     for (const std::uint32_t leaf : leaves) {
@@ -78,9 +75,8 @@ StretchMap::StretchMap(const PatchTopology& topology, BisectionForest forest, co
 {
     progress.begin("even parameters", topology.patches.size(), "patches");
     const auto leaves = leavesByPatch(_forest, topology.patches.size());
-    tbb::parallel_for(std::size_t{0}, topology.edges.size(), [&](std::size_t e) {
-        spreadBorder(topology.edges[e], leaves[topology.edges[e].patches[0]]);
-    });
+    tbb::parallel_for(std::size_t{0}, topology.edges.size(),
+                      [&](std::size_t e) { spreadBorder(topology.edges[e], leaves[topology.edges[e].patches[0]]); });
     embedPatches(topology, leaves, isKept, progress);
     tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t p) { _locators[p] = makeLocator(leaves[p]); });
     progress.end();
@@ -115,7 +111,9 @@ void StretchMap::keepBorder(const PatchTopology::Edge& edge, const Leaves& leave
 void StretchMap::keepPatch(const Leaves& leaves)
 {
     for (const std::uint32_t leaf : leaves) {
-        for (unsigned k = 0; k < 3; ++k) { _even[leaf][k] = planar(_forest.toPatch({leaf, Vector3d::Unit(k)}).barycentric); }
+        for (unsigned k = 0; k < 3; ++k) {
+            _even[leaf][k] = planar(_forest.toPatch({leaf, Vector3d::Unit(k)}).barycentric);
+        }
     }
 }
 
@@ -132,6 +130,7 @@ void StretchMap::embedPatches(const PatchTopology& topology, const std::vector<L
             if (toKeep[p] == 0) { continue; }
             state[p] = State::kKept;
             keepPatch(leaves[p]);
+            _keptPatches += isKept.empty() || isKept[p] == 0 ? 1 : 0;
             for (const std::uint32_t e : topology.patchEdges[p]) {
                 const PatchTopology::Edge& edge = topology.edges[e];
                 keepBorder(edge, leaves[edge.patches[0]]);
@@ -225,7 +224,9 @@ StretchMap::Locator StretchMap::makeLocator(const Leaves& leaves) const
     for (const std::uint32_t leaf : leaves) {
         forEachCell(leaf, [&](unsigned at) { ++locator.firstInCell[at + 1]; });
     }
-    for (std::size_t i = 1; i < locator.firstInCell.size(); ++i) { locator.firstInCell[i] += locator.firstInCell[i - 1]; }
+    for (std::size_t i = 1; i < locator.firstInCell.size(); ++i) {
+        locator.firstInCell[i] += locator.firstInCell[i - 1];
+    }
     std::vector<std::uint32_t> next(locator.firstInCell.begin(), locator.firstInCell.end() - 1);
     locator.leaves.resize(locator.firstInCell.back());
     for (const std::uint32_t leaf : leaves) {
@@ -238,8 +239,8 @@ FacePoint StretchMap::toEven(const FacePoint& point) const
 {
     const FacePoint inLeaf = _forest.toLeaf(point);
     const auto& corners = _even[inLeaf.face];
-    const Vector2d p = inLeaf.barycentric[0] * corners[0] + inLeaf.barycentric[1] * corners[1] +
-                       inLeaf.barycentric[2] * corners[2];
+    const Vector2d p =
+        inLeaf.barycentric[0] * corners[0] + inLeaf.barycentric[1] * corners[1] + inLeaf.barycentric[2] * corners[2];
     return {point.face, Vector3d(std::max(0.0, 1.0 - p.x() - p.y()), p.x(), p.y())};
 }
 
@@ -252,8 +253,7 @@ FacePoint StretchMap::fromEven(const FacePoint& point) const
     FacePoint best{};
     for (std::uint32_t i = locator.firstInCell[at]; i < locator.firstInCell[at + 1]; ++i) {
         const auto& c = _even[locator.leaves[i]];
-        const double area = twiceArea(c[0], c[1], c[2]);
-        const Vector3d w(twiceArea(p, c[1], c[2]) / area, twiceArea(c[0], p, c[2]) / area, twiceArea(c[0], c[1], p) / area);
+        const Vector3d w = weightsOf(p, c[0], c[1], c[2]);
         if (w.minCoeff() > inside) {
             inside = w.minCoeff();
             best = {locator.leaves[i], w};

@@ -27,6 +27,9 @@ public:
     FacePoint toEven(const FacePoint& point) const;
     FacePoint fromEven(const FacePoint& point) const;
 
+    /// Patches that keep their parameters.
+    std::size_t keptPatches() const { return _keptPatches; }
+
     /// Throws std::logic_error if a leaf is turned over or a patch's leaves do not cover it.
     void validate() const;
 
@@ -50,9 +53,11 @@ private:
     static unsigned cell(const Locator& locator, double coordinate);
 
     BisectionForest _forest;
-    std::vector<std::array<Eigen::Vector2d, 3>> _even; ///< per node: its corners' even parameters (weights of corners 1, 2)
-    std::vector<double> _alongEdge;                    ///< per forest vertex on a border: share of the border's length before it
+    std::vector<std::array<Eigen::Vector2d, 3>>
+        _even;                      ///< per node: its corners' even parameters (weights of corners 1, 2)
+    std::vector<double> _alongEdge; ///< per forest vertex on a border: share of the border's length before it
     std::vector<Locator> _locators;
+    std::size_t _keptPatches = 0;
 };
 
 } // namespace osgTessLOD::bake

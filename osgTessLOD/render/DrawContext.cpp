@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/render/DrawContext.h>
 
+#include <osgTessLOD/render/GlConstants.h>
+
 #include <osg/BufferObject>
 #include <osg/ContextData>
 #include <osg/GLExtensions>
@@ -8,10 +10,6 @@
 #include <osg/VertexArrayState>
 
 #include <string>
-
-#ifndef GL_MAX_TEXTURE_BUFFER_SIZE
-#define GL_MAX_TEXTURE_BUFFER_SIZE 0x8C2B
-#endif
 
 namespace osgTessLOD {
 

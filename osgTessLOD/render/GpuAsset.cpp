@@ -3,6 +3,7 @@
 
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/DrawContext.h>
+#include <osgTessLOD/render/GlConstants.h>
 #include <osgTessLOD/render/ShaderSource.h>
 
 #include <osg/BufferObject>
@@ -15,16 +16,6 @@
 #include <algorithm>
 #include <cassert>
 #include <limits>
-
-#ifndef GL_R32I
-#define GL_R32I 0x8235
-#endif
-#ifndef GL_R32UI
-#define GL_R32UI 0x8236
-#endif
-#ifndef GL_RG32UI
-#define GL_RG32UI 0x823C
-#endif
 
 namespace osgTessLOD {
 

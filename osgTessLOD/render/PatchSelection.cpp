@@ -3,6 +3,7 @@
 
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/DrawContext.h>
+#include <osgTessLOD/render/GlConstants.h>
 #include <osgTessLOD/render/GpuAsset.h>
 
 #include <osg/Fog>
@@ -13,19 +14,6 @@
 
 #include <algorithm>
 #include <limits>
-
-#ifndef GL_RASTERIZER_DISCARD
-#define GL_RASTERIZER_DISCARD 0x8C89
-#endif
-#ifndef GL_TRANSFORM_FEEDBACK_BUFFER
-#define GL_TRANSFORM_FEEDBACK_BUFFER 0x8C8E
-#endif
-#ifndef GL_TRANSFORM_FEEDBACK_PRIMITIVES_WRITTEN
-#define GL_TRANSFORM_FEEDBACK_PRIMITIVES_WRITTEN 0x8C88
-#endif
-#ifndef GL_DYNAMIC_READ
-#define GL_DYNAMIC_READ 0x88E9
-#endif
 
 namespace osgTessLOD {
 

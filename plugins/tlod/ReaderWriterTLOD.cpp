@@ -3,6 +3,7 @@
 // where the asset's frame is not the source's.
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/asset/TlodFile.h>
+#include <osgTessLOD/render/PlacedDrawable.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 
 #include <osg/MatrixTransform>
@@ -16,6 +17,7 @@
 #include <memory>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 namespace osgTessLOD {
 
@@ -67,37 +69,16 @@ osg::ref_ptr<osg::Node> makeNode(LodAsset asset, const std::string& name, const 
     return transform;
 }
 
-/// The TessLODDrawables of a scene and their transforms.
-class DrawableFinder : public osg::NodeVisitor {
-public:
-    DrawableFinder()
-        : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN)
-    {
-    }
-    META_NodeVisitor(osgTessLOD, DrawableFinder)
-
-    using osg::NodeVisitor::apply;
-    void apply(osg::Drawable& drawable) override
-    {
-        if (const auto* found = dynamic_cast<const TessLODDrawable*>(&drawable)) {
-            _drawables.emplace_back(found, osg::computeLocalToWorld(getNodePath()));
-        }
-    }
-
-    std::vector<std::pair<const TessLODDrawable*, osg::Matrixd>> _drawables;
-};
-
 /// The asset to be stored for a scene: that of its only TessLODDrawable, whose translation becomes the asset's origin.
 std::shared_ptr<const LodAsset> assetOf(const osg::Node& node)
 {
-    DrawableFinder finder;
     // NodeVisitors take nodes to change; this one does not.
-    const_cast<osg::Node&>(node).accept(finder);
-    if (finder._drawables.size() != 1) {
+    const std::vector<PlacedDrawable> found = findTessLODDrawables(const_cast<osg::Node&>(node));
+    if (found.size() != 1) {
         throw std::runtime_error("a .tlod file holds exactly one TessLODDrawable, the scene has " +
-                                 std::to_string(finder._drawables.size()));
+                                 std::to_string(found.size()));
     }
-    const auto& [drawable, matrix] = finder._drawables.front();
+    const auto& [drawable, matrix] = found.front();
     if (!drawable->getAsset()) { throw std::runtime_error("the scene's TessLODDrawable has no asset"); }
     if (matrix.isIdentity()) { return drawable->getAsset(); }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "TemporaryDirectory.h"
 
 #include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/asset/AtomicFile.h>
+#include <support/TemporaryDirectory.h>
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "SyntheticAsset.h"
-#include "TemporaryDirectory.h"
 
 #include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/asset/SurfaceMesh.h>
+#include <support/TemporaryDirectory.h>
 
 #include <gtest/gtest.h>
 

@@ -78,6 +78,22 @@ TEST(TessellationPattern, numbersEveryVertexOnceAndBack)
     }
 }
 
+TEST(TessellationPattern, anyWeightsGiveSomeVertex)
+{
+    for (const unsigned f : {1U, 2U, 4U, 6U, 16U}) {
+        std::uint32_t found = 0;
+        for (unsigned a = 0; a <= 3 * f; ++a) {
+            for (unsigned b = 0; a + b <= 3 * f; ++b) {
+                const TessellationPattern::Barycentric weights{a, b, 3 * f - a - b};
+                const std::uint32_t v = TessellationPattern::index(f, weights);
+                ASSERT_LT(v, TessellationPattern::vertexCount(f));
+                found += TessellationPattern::barycentric(f, v) == weights ? 1 : 0;
+            }
+        }
+        EXPECT_EQ(found, TessellationPattern::vertexCount(f)) << "each vertex from its own weights alone, factor " << f;
+    }
+}
+
 TEST(TessellationPattern, bordersComeFirstSideBySide)
 {
     for (unsigned f : allFactors()) {

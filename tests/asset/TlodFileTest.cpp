@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "SyntheticAsset.h"
-#include "TemporaryDirectory.h"
 
 #include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/asset/Crc32c.h>
 #include <osgTessLOD/asset/TlodFile.h>
+#include <support/TemporaryDirectory.h>
 
 #include <gtest/gtest.h>
 #include <zstd.h>
@@ -47,12 +47,30 @@ void release(void* memory) noexcept
 
 } // namespace
 
-void* operator new(std::size_t bytes) { return allocate(bytes); }
-void* operator new[](std::size_t bytes) { return allocate(bytes); }
-void operator delete(void* memory) noexcept { release(memory); }
-void operator delete[](void* memory) noexcept { release(memory); }
-void operator delete(void* memory, std::size_t) noexcept { release(memory); }
-void operator delete[](void* memory, std::size_t) noexcept { release(memory); }
+void* operator new(std::size_t bytes)
+{
+    return allocate(bytes);
+}
+void* operator new[](std::size_t bytes)
+{
+    return allocate(bytes);
+}
+void operator delete(void* memory) noexcept
+{
+    release(memory);
+}
+void operator delete[](void* memory) noexcept
+{
+    release(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept
+{
+    release(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept
+{
+    release(memory);
+}
 
 namespace osgTessLOD {
 namespace {
@@ -70,14 +88,12 @@ struct Chunk {
     std::uint64_t contentBytes = 0;
 };
 
-template <class Number>
-void put(std::string& bytes, std::size_t at, Number value)
+template <class Number> void put(std::string& bytes, std::size_t at, Number value)
 {
     for (std::size_t k = 0; k < sizeof(Number); ++k) { bytes[at + k] = static_cast<char>(value >> (8 * k) & 0xFF); }
 }
 
-template <class Number>
-Number get(const std::string& bytes, std::size_t at)
+template <class Number> Number get(const std::string& bytes, std::size_t at)
 {
     Number value = 0;
     for (std::size_t k = sizeof(Number); k > 0; --k) {
@@ -133,7 +149,8 @@ std::string contentOf(const Chunk& chunk)
 {
     if (chunk.codec == 0) { return chunk.stored; }
     std::string content(chunk.contentBytes, '\0');
-    EXPECT_EQ(ZSTD_decompress(content.data(), content.size(), chunk.stored.data(), chunk.stored.size()), content.size());
+    EXPECT_EQ(ZSTD_decompress(content.data(), content.size(), chunk.stored.data(), chunk.stored.size()),
+              content.size());
     return content;
 }
 
@@ -196,11 +213,10 @@ bool sameEdge(const LodEdge& a, const LodEdge& b)
 
 bool sameLevel(const LodLevel& a, const LodLevel& b)
 {
-    return a.vertices == b.vertices &&
-           std::equal(a.errors.begin(), a.errors.end(), b.errors.begin(), b.errors.end(),
-                      [](const LevelError& x, const LevelError& y) {
-                          return x.quadratic == y.quadratic && x.isotropic == y.isotropic;
-                      });
+    return a.vertices == b.vertices && std::equal(a.errors.begin(), a.errors.end(), b.errors.begin(), b.errors.end(),
+                                                  [](const LevelError& x, const LevelError& y) {
+                                                      return x.quadratic == y.quadratic && x.isotropic == y.isotropic;
+                                                  });
 }
 
 template <class Item, class Same>
@@ -407,11 +423,11 @@ TEST(TlodFile, pathsThatAreNoFileAreErrors)
 {
     const TemporaryDirectory directory;
     std::ofstream(directory.file("empty")).flush();
-    for (const auto& [path, fault] : std::vector<std::pair<std::string, std::string>>{
-             {directory.file("missing.tlod"), "does not exist"},
-             {directory.file("."), "is not a regular file"},
-             {"/dev/zero", "is not a regular file"},
-             {directory.file("empty"), "only 0 bytes"}}) {
+    for (const auto& [path, fault] :
+         std::vector<std::pair<std::string, std::string>>{{directory.file("missing.tlod"), "does not exist"},
+                                                          {directory.file("."), "is not a regular file"},
+                                                          {"/dev/zero", "is not a regular file"},
+                                                          {directory.file("empty"), "only 0 bytes"}}) {
         for (const bool whole : {true, false}) {
             try {
                 if (whole) {
@@ -431,7 +447,9 @@ TEST(TlodFile, pathsThatAreNoFileAreErrors)
 TEST(TlodFile, everyTruncationIsAnError)
 {
     const std::string& file = smallFile();
-    for (std::size_t bytes = 0; bytes < kTableAt + 1; ++bytes) { EXPECT_THROW(fromBytes(file.substr(0, bytes)), AssetError); }
+    for (std::size_t bytes = 0; bytes < kTableAt + 1; ++bytes) {
+        EXPECT_THROW(fromBytes(file.substr(0, bytes)), AssetError);
+    }
     std::size_t border = kTableAt + kEntryBytes * disassemble(file).size();
     for (const Chunk& chunk : disassemble(file)) {
         EXPECT_THROW(fromBytes(file.substr(0, border)), AssetError);
@@ -580,13 +598,18 @@ TEST(TlodFile, rejectsHostileChunkLists)
     };
     for (const Chunk& chunk : chunks) {
         expectFault(after([&](auto& c) {
-                        const auto same = [&](const Chunk& x) { return x.type == chunk.type && x.level == chunk.level; };
+                        const auto same = [&](const Chunk& x) {
+                            return x.type == chunk.type && x.level == chunk.level;
+                        };
                         c.erase(std::find_if(c.begin(), c.end(), same));
                     }),
                     chunk.type + ' ' + std::to_string(chunk.level) + " is missing");
         expectFault(after([&](auto& c) { c.push_back(chunk); }), "is there twice or belongs to no level");
     }
-    expectFault(after([](auto& c) { c.push_back({"LVLV", 3, 0, "", 0}); }), "LVLV 3: is there twice or belongs to no level");
+    expectFault(after([](auto& c) {
+                    c.push_back({"LVLV", 3, 0, "", 0});
+                }),
+                "LVLV 3: is there twice or belongs to no level");
     expectFault(after([](auto& c) { c.push_back({"NRML", 40, 0, "", 0}); }), "belongs to no level");
 
     // A frame that tells less than the table, one that tells nothing, one that ends early, one that holds more.

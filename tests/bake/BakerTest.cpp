@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // A whole bake: from a file to an asset.
-#include <asset/TemporaryDirectory.h>
+#include <asset/OpenEdges.h>
 #include <bake/ProceduralMeshes.h>
 
 #include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/asset/SurfaceMesh.h>
 #include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/bake/Baker.h>
+#include <support/TemporaryDirectory.h>
 
 #include <gtest/gtest.h>
 
@@ -20,7 +21,8 @@
 namespace osgTessLOD::bake {
 namespace {
 
-std::string writeAsciiPly(const TemporaryDirectory& folder, const SourceMesh& mesh, const std::string& name = "source.ply")
+std::string writeAsciiPly(const TemporaryDirectory& folder, const SourceMesh& mesh,
+                          const std::string& name = "source.ply")
 {
     const std::string path = folder.file(name);
     std::ofstream file(path);
@@ -55,20 +57,6 @@ std::string bytesOf(const LodAsset& asset)
     return stream.str();
 }
 
-/// Directed edges that no triangle runs the other way.
-std::size_t openEdges(const SurfaceMesh& mesh)
-{
-    std::map<std::pair<std::uint32_t, std::uint32_t>, int> balance;
-    for (const auto& t : mesh.triangles) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const auto [a, b] = std::minmax(t[k], t[(k + 1) % 3]);
-            balance[{a, b}] += a == t[k] ? 1 : -1;
-        }
-    }
-    return static_cast<std::size_t>(
-        std::count_if(balance.begin(), balance.end(), [](const auto& entry) { return entry.second != 0; }));
-}
-
 TEST(Baker, BakesAClosedMeshIntoClosedLevels)
 {
     const TemporaryDirectory folder;
@@ -82,7 +70,7 @@ TEST(Baker, BakesAClosedMeshIntoClosedLevels)
     EXPECT_EQ(asset.source, "source.ply");
     EXPECT_EQ(asset.technique, "uniform");
     EXPECT_EQ(asset.normals.resolution, 16U);
-    for (const unsigned factor : asset.ladder) { EXPECT_EQ(openEdges(extractSurface(asset, factor)), 0U); }
+    for (const unsigned factor : asset.ladder) { EXPECT_EQ(openEdges(extractSurface(asset, factor).triangles), 0U); }
 
     EXPECT_TRUE(report.isMesh);
     EXPECT_EQ(report.sourceTriangles, 1920U);
@@ -152,7 +140,10 @@ TEST(Baker, SameBytesWhateverTheThreads)
 /// Asks to stop once it was told of `limit` advances.
 class StopAfter : public Progress {
 public:
-    explicit StopAfter(int limit) : _limit(limit) {}
+    explicit StopAfter(int limit)
+        : _limit(limit)
+    {
+    }
     void begin(const std::string& stage, std::uint64_t, const std::string&) override { stages.push_back(stage); }
     void advance(std::uint64_t) override { ++calls; }
     bool stopRequested() const override { return calls >= _limit; }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/bake/SourceMesh.h>
+#include <support/FileBytes.h>
+#include <support/TemporaryDirectory.h>
 
 #include <gtest/gtest.h>
-
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -55,8 +55,8 @@ TEST(CleanMesh, LeavesASoundMeshAlone)
 
 TEST(CleanMesh, WeldsEqualPositionsAndTakesMinusZeroForZero)
 {
-    SourceMesh mesh = meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, -0.0, 0}, {1, 1, 0}, {0, 1, -0.0}},
-                             {{0, 1, 2}, {3, 4, 5}});
+    SourceMesh mesh =
+        meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, -0.0, 0}, {1, 1, 0}, {0, 1, -0.0}}, {{0, 1, 2}, {3, 4, 5}});
     const CleaningReport r = cleanMesh(mesh);
     EXPECT_EQ(r.weldedVertices, 2U);
     EXPECT_EQ(r.unreferencedVertices, 0U);
@@ -67,7 +67,8 @@ TEST(CleanMesh, WeldsEqualPositionsAndTakesMinusZeroForZero)
 TEST(CleanMesh, DoesNotWeldWhatIsMerelyNear)
 {
     const double next = std::nextafter(1.0, 2.0);
-    SourceMesh mesh = meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {next, 0, 0}, {1, 1, 0}, {0, next, 0}}, {{0, 1, 2}, {3, 4, 5}});
+    SourceMesh mesh =
+        meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {next, 0, 0}, {1, 1, 0}, {0, next, 0}}, {{0, 1, 2}, {3, 4, 5}});
     EXPECT_EQ(cleanMesh(mesh).weldedVertices, 0U);
 }
 
@@ -159,7 +160,8 @@ TEST(CleanMesh, CutsAnEdgeOfThreeFacesAndClosesWhatFits)
 
 TEST(CleanMesh, PartsAStarOfThreeFaces)
 {
-    SourceMesh mesh = meshOf({{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {-1, 1, 0}, {-1, -1, 0}}, {{0, 1, 2}, {0, 1, 3}, {1, 0, 4}});
+    SourceMesh mesh =
+        meshOf({{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {-1, 1, 0}, {-1, -1, 0}}, {{0, 1, 2}, {0, 1, 3}, {1, 0, 4}});
     const CleaningReport r = cleanMesh(mesh);
     EXPECT_EQ(r.nonManifoldEdges, 1U);
     EXPECT_EQ(r.components, 3U);
@@ -185,14 +187,18 @@ TEST(CleanMesh, CutsAMoebiusStripOnce)
 TEST(CleanMesh, CopesWithEverythingAtOnce)
 {
     std::vector<Vector3d> points = kTetraPoints;
-    points.push_back({9, 9, 9});      // 4: unreferenced
-    points.push_back({1, -0.0, 0});   // 5: vertex 1 again
-    points.push_back({0.5, -1, -1});  // 6: fin
-    points.push_back({2, 0, 0});      // 7: in line with 0 and 1
-    SourceMesh mesh = meshOf(points, {{0, 2, 1}, {0, 1, 3}, {5, 3, 2}, {2, 0, 3}, // the third is turned over
-                                      {5, 0, 2},                                  // duplicate of the first
-                                      {0, 5, 6},                                  // fin
-                                      {0, 1, 7}, {1, 5, 2}});                     // in a line, collapsed
+    points.push_back({9, 9, 9});     // 4: unreferenced
+    points.push_back({1, -0.0, 0});  // 5: vertex 1 again
+    points.push_back({0.5, -1, -1}); // 6: fin
+    points.push_back({2, 0, 0});     // 7: in line with 0 and 1
+    SourceMesh mesh = meshOf(points, {{0, 2, 1},
+                                      {0, 1, 3},
+                                      {5, 3, 2},
+                                      {2, 0, 3}, // the third is turned over
+                                      {5, 0, 2}, // duplicate of the first
+                                      {0, 5, 6}, // fin
+                                      {0, 1, 7},
+                                      {1, 5, 2}}); // in a line, collapsed
     const CleaningReport r = cleanMesh(mesh);
     EXPECT_EQ(r.weldedVertices, 1U);
     EXPECT_EQ(r.degenerateFaces, 2U);
@@ -253,22 +259,18 @@ TEST(NormalizeFrame, TakesAnyScaleButNoPoint)
 
 // ---------------------------------------------------------------------------------------------------------- import ---
 
-/// Writes files to a folder of its own, which goes with it.
 class ImportMesh : public testing::Test {
 protected:
-    ImportMesh() : _folder(fs::temp_directory_path() / ("osgtesslod-import-" + std::to_string(::getpid())))
-    {
-        fs::create_directories(_folder);
-    }
-    ~ImportMesh() override { fs::remove_all(_folder); }
-
     std::string file(const std::string& name, const std::string& content) const
     {
-        const fs::path path = _folder / name;
-        std::ofstream(path, std::ios::binary) << content;
-        return path.string();
+        std::string path = _folder.file(name);
+        writeBytes(path, content);
+        return path;
     }
-    SourceMesh import(const std::string& name, const std::string& content) const { return importMesh(file(name, content)); }
+    SourceMesh import(const std::string& name, const std::string& content) const
+    {
+        return importMesh(file(name, content));
+    }
 
     /// Imports and expects an AssetError that names the file and says `fault`.
     void expectFault(const std::string& name, const std::string& content, const std::string& fault) const
@@ -287,15 +289,16 @@ protected:
         }
     }
 
-    fs::path _folder;
+    TemporaryDirectory _folder;
 };
 
-template <typename T>
-void put(std::string& bytes, T value, bool bigEndian = false)
+template <typename T> void put(std::string& bytes, T value, bool bigEndian = false)
 {
     std::array<char, sizeof(T)> raw;
     std::memcpy(raw.data(), &value, sizeof(T));
-    for (std::size_t i = 0; i < sizeof(T); ++i) { bytes += raw[bigEndian ? sizeof(T) - 1 - i : i]; } // little-endian host
+    for (std::size_t i = 0; i < sizeof(T); ++i) {
+        bytes += raw[bigEndian ? sizeof(T) - 1 - i : i];
+    } // little-endian host
 }
 
 std::string plyHeader(const std::string& format, const std::string& vertices, const std::string& faces,
@@ -313,7 +316,8 @@ const std::vector<Triangle> kQuadFaces{{0, 1, 2}, {0, 2, 3}};
 TEST_F(ImportMesh, ReadsTheSameQuadInEveryFormat)
 {
     const std::string points = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
-    const SourceMesh obj = import("q.obj", "# quad\r\n" + kQuadObj + "vt 0 0\nvn 0 0 1\ng part\nf 1/1/1 2//1 3/1 \\\n 4\n");
+    const SourceMesh obj =
+        import("q.obj", "# quad\r\n" + kQuadObj + "vt 0 0\nvn 0 0 1\ng part\nf 1/1/1 2//1 3/1 \\\n 4\n");
     const SourceMesh ply = import("q.ply", plyHeader("ascii", "4", "1") + points + "4 0 1 2 3\n");
     const SourceMesh off = import("q.off", "OFF # quad\n\n4 1 0\n# points\n" + points + "4 0 1 2 3 255 0 0\n");
     for (const SourceMesh* mesh : {&obj, &ply, &off}) {
@@ -338,12 +342,13 @@ TEST_F(ImportMesh, ReadsBinaryPlyOfBothByteOrdersInFullPrecision)
 
 TEST_F(ImportMesh, SkipsPlyElementsAndPropertiesItDoesNotNeed)
 {
-    const SourceMesh mesh = import("extra.ply", "ply\r\nformat ascii 1.0\r\nobj_info some words\r\nelement camera 1\r\n"
-                                   "property float view\r\nelement vertex 3\r\nproperty float32 confidence\r\n"
-                                   "property float32 x\r\nproperty float32 y\r\nproperty float32 z\r\nelement face 1\r\n"
-                                   "property list uchar float texcoord\r\nproperty list uint8 uint32 vertex_index\r\n"
-                                   "property uchar flags\r\nelement nothing 4000000000\r\nend_header\r\n"
-                                   "7\r\n.5 0 0 0\r\n.5 1 0 0\r\n.5 0 1 0\r\n6 0 0 1 0 1 1 3 2 0 1 9\r\n");
+    const SourceMesh mesh =
+        import("extra.ply", "ply\r\nformat ascii 1.0\r\nobj_info some words\r\nelement camera 1\r\n"
+                            "property float view\r\nelement vertex 3\r\nproperty float32 confidence\r\n"
+                            "property float32 x\r\nproperty float32 y\r\nproperty float32 z\r\nelement face 1\r\n"
+                            "property list uchar float texcoord\r\nproperty list uint8 uint32 vertex_index\r\n"
+                            "property uchar flags\r\nelement nothing 4000000000\r\nend_header\r\n"
+                            "7\r\n.5 0 0 0\r\n.5 1 0 0\r\n.5 0 1 0\r\n6 0 0 1 0 1 1 3 2 0 1 9\r\n");
     EXPECT_EQ(mesh.positions, (std::vector<Vector3d>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
     EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{2, 0, 1}}));
 }
@@ -352,7 +357,8 @@ TEST_F(ImportMesh, ReadsObjIndicesThatCountBack)
 {
     EXPECT_EQ(import("n.obj", kQuadObj + "f -4 -3 -2\nf -4/1 -2/1 -1/1\n").triangles, kQuadFaces);
     EXPECT_EQ(import("f.obj", "f 1 2 3\nf 1 3 4\n" + kQuadObj).triangles, kQuadFaces) << "vertices that follow";
-    EXPECT_EQ(import("c.obj", "v 0 0 0 1 0 0\nv +1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n").positions[1], Vector3d(1, 0, 0));
+    EXPECT_EQ(import("c.obj", "v 0 0 0 1 0 0\nv +1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n").positions[1],
+              Vector3d(1, 0, 0));
 }
 
 TEST_F(ImportMesh, CutsAConcaveQuadInside)
@@ -378,7 +384,9 @@ std::string binaryStl(std::uint32_t declared, int facets, const std::string& hea
     put(content, declared);
     for (int f = 0; f < facets; ++f) {
         const auto shift = static_cast<float>(f);
-        for (const float v : {0.F, 0.F, 1.F, shift, 0.F, 0.F, shift + 1.F, 0.F, 0.F, shift, 1.F, 0.F}) { put(content, v); }
+        for (const float v : {0.F, 0.F, 1.F, shift, 0.F, 0.F, shift + 1.F, 0.F, 0.F, shift, 1.F, 0.F}) {
+            put(content, v);
+        }
         put(content, std::uint16_t{0});
     }
     return content;
@@ -392,8 +400,10 @@ TEST_F(ImportMesh, ReadsBothKindsOfStl)
     const SourceMesh binary = import("b.stl", binaryStl(2, 2));
     EXPECT_EQ(binary.triangles, (std::vector<Triangle>{{0, 1, 2}, {3, 4, 5}}));
     EXPECT_EQ(binary.positions[4], Vector3d(2, 0, 0));
-    EXPECT_EQ(import("s.stl", binaryStl(2, 2, "solid facet")).triangles.size(), 2U) << "a binary file that calls itself solid";
-    SourceMesh text = import("t.stl", "solid vertex facet\n" + kFacet + "endsolid vertex\nSOLID b\n" + kFacet + "endsolid\n");
+    EXPECT_EQ(import("s.stl", binaryStl(2, 2, "solid facet")).triangles.size(), 2U)
+        << "a binary file that calls itself solid";
+    SourceMesh text =
+        import("t.stl", "solid vertex facet\n" + kFacet + "endsolid vertex\nSOLID b\n" + kFacet + "endsolid\n");
     EXPECT_EQ(text.triangles.size(), 2U);
     EXPECT_EQ(text.positions[1], Vector3d(1e-40, 0, 0)) << "no welding of what is merely near";
     EXPECT_EQ(cleanMesh(text).duplicateFaces, 1U);
@@ -401,11 +411,11 @@ TEST_F(ImportMesh, ReadsBothKindsOfStl)
 
 TEST_F(ImportMesh, NamesTheFaultOfFilesThatAreNone)
 {
-    expectFaultAt((_folder / "missing.ply").string(), "no such file");
+    expectFaultAt(_folder.file("missing.ply"), "no such file");
     std::string garbage;
     for (int i = 0; i < 5000; ++i) { garbage += static_cast<char>(i * 37 % 251); }
     for (const char* extension : {"ply", "obj", "off", "stl"}) {
-        const std::string folder = (_folder / "folder.").string() + extension;
+        const std::string folder = _folder.file("folder.") + extension;
         fs::create_directory(folder);
         expectFaultAt(folder, "not a regular file");
         expectFault(std::string("empty.") + extension, "", "empty");
@@ -424,11 +434,12 @@ TEST_F(ImportMesh, NoticesTruncationAtEveryByte)
     put(binary, std::uint8_t{3});
     for (const std::int32_t index : {0, 1, 2}) { put(binary, index); }
     const std::string points = "0 0 0\n1 0 0\n0 1 0\n";
-    const std::array<std::pair<const char*, std::string>, 5> files{{{"t.ply", binary},
-                                                                    {"a.ply", plyHeader("ascii", "3", "1") + points + "3 0 1 2"},
-                                                                    {"t.off", "OFF\n3 1 0\n" + points + "3 0 1 2"},
-                                                                    {"t.stl", binaryStl(2, 2)},
-                                                                    {"a.stl", "solid\n" + kFacet + "endsolid"}}};
+    const std::array<std::pair<const char*, std::string>, 5> files{
+        {{"t.ply", binary},
+         {"a.ply", plyHeader("ascii", "3", "1") + points + "3 0 1 2"},
+         {"t.off", "OFF\n3 1 0\n" + points + "3 0 1 2"},
+         {"t.stl", binaryStl(2, 2)},
+         {"a.stl", "solid\n" + kFacet + "endsolid"}}};
     for (const auto& [name, content] : files) {
         EXPECT_NO_THROW(import(name, content)) << name;
         for (std::size_t bytes = 0; bytes < content.size(); ++bytes) {
@@ -459,7 +470,9 @@ TEST_F(ImportMesh, BelievesNoCountThatTheFileCannotHold)
 
 TEST_F(ImportMesh, NamesTheVertexThatIsNoPosition)
 {
-    const auto ply = [](const std::string& y) { return plyHeader("ascii", "3", "1") + "0 0 0\n1 " + y + " 0\n0 1 0\n3 0 1 2\n"; };
+    const auto ply = [](const std::string& y) {
+        return plyHeader("ascii", "3", "1") + "0 0 0\n1 " + y + " 0\n0 1 0\n3 0 1 2\n";
+    };
     expectFault("nan.ply", ply("nan"), "vertex 1 ");
     expectFault("inf.ply", ply("-inf"), "not finite");
     expectFault("over.ply", ply("1e400"), "not finite");
@@ -489,7 +502,10 @@ TEST_F(ImportMesh, NamesTheFaceWhoseIndexIsOutOfRange)
 
 // ----------------------------------------------------------------------------------------------------- real models ---
 
-const char* dataFolder() { return std::getenv("OSGTESSLOD_DATA"); }
+const char* dataFolder()
+{
+    return std::getenv("OSGTESSLOD_DATA");
+}
 
 struct Cleaned {
     SourceMesh mesh;

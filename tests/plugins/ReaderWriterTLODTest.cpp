@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The plugin as applications meet it: through osgDB, found by OSG_LIBRARY_PATH.
 #include <asset/SyntheticAsset.h>
-#include <asset/TemporaryDirectory.h>
-#include <viewer/FileBytes.h>
 
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
+#include <support/FileBytes.h>
+#include <support/TemporaryDirectory.h>
 
 #include <gtest/gtest.h>
 
@@ -42,7 +42,8 @@ LodAsset assetAt(double x, double y, double z)
 
 ReadResult read(const std::string& path, const std::string& options = "")
 {
-    return osgDB::Registry::instance()->readNode(path, new osgDB::Options(options));
+    const osg::ref_ptr<osgDB::Options> parsed = new osgDB::Options(options);
+    return osgDB::Registry::instance()->readNode(path, parsed);
 }
 
 osgDB::ReaderWriter& plugin()

@@ -8,11 +8,11 @@
 #include <osgTessLOD/render/TessLODDrawable.h>
 
 #include <osg/Fog>
+#include <osg/Light>
 #include <osg/Material>
 #include <osg/MatrixTransform>
 #include <osg/PolygonMode>
 #include <osg/ShapeDrawable>
-#include <osg/Texture2D>
 
 #include <array>
 #include <cmath>
@@ -58,6 +58,13 @@ protected:
     {
         const unsigned char* p = snapshot->image().data(static_cast<unsigned>(x), static_cast<unsigned>(y));
         return {p[0], p[1], p[2]};
+    }
+    /// The middle of a picture of one child of the root alone.
+    Pixel centerOf(unsigned shown)
+    {
+        for (unsigned k = 0; k < root->getNumChildren(); ++k) { root->getChild(k)->setNodeMask(k == shown ? ~0U : 0U); }
+        frame();
+        return pixel(kSize / 2, kSize / 2);
     }
     static bool isBackground(const Pixel& p) { return p == Pixel{0, 0, 255}; }
     SelectionView selectedView(const std::string& cameraName)
@@ -113,24 +120,47 @@ TEST_F(Rendering, isLitAsFixedFunctionGeometryIs)
                                                       osg::StateAttribute::OVERRIDE | osg::StateAttribute::ON);
     const osg::ref_ptr<osg::ShapeDrawable> sphere = new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 1.0F));
     root->addChild(sphere.get());
-    const auto center = [this](unsigned shown) {
-        root->getChild(0)->setNodeMask(shown == 0 ? ~0U : 0U);
-        root->getChild(1)->setNodeMask(shown == 1 ? ~0U : 0U);
-        frame();
-        return pixel(kSize / 2, kSize / 2);
-    };
     for (const bool lighting : {true, false}) {
         root->getStateSet()->setMode(GL_LIGHTING, (lighting ? osg::StateAttribute::ON : osg::StateAttribute::OFF) |
                                                       osg::StateAttribute::OVERRIDE);
-        const Pixel ours = center(0);
+        const Pixel ours = centerOf(0);
         if (!lighting) {
             EXPECT_EQ(ours, (Pixel{230, 128, 51})); // the diffuse colour as it is
             continue;
         }
-        const Pixel theirs = center(1);
+        const Pixel theirs = centerOf(1);
         for (std::size_t k = 0; k < 3; ++k) { EXPECT_NEAR(ours[k], theirs[k], 25); }
         EXPECT_GT(ours[0], ours[1]);
         EXPECT_GT(ours[1], ours[2]);
+    }
+}
+
+TEST_F(Rendering, pointAndSpotLightsAreThoseOfFixedFunctionGeometry)
+{
+    viewer.setLightingMode(osg::View::NO_LIGHT);
+    root->addChild(new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 1.0F)));
+    const osg::ref_ptr<osg::Light> light = new osg::Light(3);
+    light->setPosition(osg::Vec4(4.0F, 1.0F, 1.0F, 1.0F));
+    light->setDiffuse(osg::Vec4(1.0F, 0.6F, 0.3F, 1.0F));
+    light->setLinearAttenuation(0.1F);
+    osg::StateSet* state = root->getOrCreateStateSet();
+    state->setMode(GL_LIGHTING, osg::StateAttribute::ON);
+    state->setAttributeAndModes(light.get());
+    state->setAttributeAndModes(new osg::Material, osg::StateAttribute::OVERRIDE | osg::StateAttribute::ON);
+
+    struct Case {
+        osg::Vec3 direction;
+        float cutoffDegrees;
+        bool reaches;
+    };
+    for (const Case& c : {Case{{-1.0F, 0.0F, 0.0F}, 180.0F, true}, Case{{-3.0F, -1.0F, -1.0F}, 30.0F, true},
+                          Case{{0.0F, 0.0F, 1.0F}, 30.0F, false}}) {
+        light->setDirection(c.direction);
+        light->setSpotCutoff(c.cutoffDegrees);
+        const Pixel ours = centerOf(0);
+        const Pixel theirs = centerOf(1);
+        for (std::size_t k = 0; k < 3; ++k) { EXPECT_NEAR(ours[k], theirs[k], 25) << c.cutoffDegrees; }
+        EXPECT_EQ(ours[0] > 100, c.reaches) << c.cutoffDegrees;
     }
 }
 
@@ -248,27 +278,11 @@ TEST_F(Rendering, frozenSelectionsIgnoreTheCamera)
     EXPECT_EQ(view.pixelScale, 321.0);
 }
 
-/// A camera that renders the scene into a texture.
-osg::ref_ptr<osg::Camera> makeTextureCamera(osg::Node* scene, int size)
-{
-    const osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D;
-    texture->setTextureSize(size, size);
-    texture->setInternalFormat(GL_RGBA);
-    const osg::ref_ptr<osg::Camera> result = new osg::Camera;
-    result->setName("texture");
-    result->setRenderOrder(osg::Camera::PRE_RENDER);
-    result->setRenderTargetImplementation(osg::Camera::FRAME_BUFFER_OBJECT);
-    result->attach(osg::Camera::COLOR_BUFFER, texture.get());
-    result->setViewport(0, 0, size, size);
-    result->setProjectionMatrixAsOrtho(-2.0, 2.0, -2.0, 2.0, 0.1, 100.0);
-    result->setViewMatrixAsLookAt(osg::Vec3d(0.0, 0.0, 10.0), osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
-    result->addChild(scene);
-    return result;
-}
-
 TEST_F(Rendering, camerasThatInheritTheViewpointSelectWhatTheMainViewSelects)
 {
     const osg::ref_ptr<osg::Camera> texture = makeTextureCamera(drawable.get(), 64);
+    texture->setProjectionMatrixAsOrtho(-2.0, 2.0, -2.0, 2.0, 0.1, 100.0);
+    texture->setViewMatrixAsLookAt(osg::Vec3d(0.0, 0.0, 10.0), osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
     root->addChild(texture.get());
     for (const bool inherits : {false, true}) {
         texture->setReferenceFrame(inherits ? osg::Transform::ABSOLUTE_RF_INHERIT_VIEWPOINT

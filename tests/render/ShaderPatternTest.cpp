@@ -3,6 +3,7 @@
 #include <render/GlTest.h>
 
 #include <osgTessLOD/asset/TessellationPattern.h>
+#include <osgTessLOD/render/GlConstants.h>
 #include <osgTessLOD/render/ShaderSource.h>
 
 #include <osg/PatchParameter>
@@ -14,13 +15,6 @@
 #include <cstdint>
 #include <set>
 #include <vector>
-
-#ifndef GL_RASTERIZER_DISCARD
-#define GL_RASTERIZER_DISCARD 0x8C89
-#endif
-#ifndef GL_TRANSFORM_FEEDBACK_BUFFER
-#define GL_TRANSFORM_FEEDBACK_BUFFER 0x8C8E
-#endif
 
 namespace osgTessLOD {
 namespace {

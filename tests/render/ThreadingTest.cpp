@@ -9,7 +9,6 @@
 #include <osgTessLOD/render/TessLODDrawable.h>
 
 #include <osg/MatrixTransform>
-#include <osg/Texture2D>
 #include <osgUtil/UpdateVisitor>
 
 #include <cmath>
@@ -20,24 +19,6 @@ namespace {
 
 constexpr int kParents = 6;
 constexpr int kFrames = 60;
-
-osg::ref_ptr<osg::Camera> makeTextureCamera(osg::Node* scene)
-{
-    const osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D;
-    texture->setTextureSize(64, 64);
-    texture->setInternalFormat(GL_RGBA);
-    const osg::ref_ptr<osg::Camera> camera = new osg::Camera;
-    camera->setName("texture");
-    camera->setRenderOrder(osg::Camera::PRE_RENDER);
-    camera->setRenderTargetImplementation(osg::Camera::FRAME_BUFFER_OBJECT);
-    camera->attach(osg::Camera::COLOR_BUFFER, texture.get());
-    camera->setReferenceFrame(osg::Transform::ABSOLUTE_RF_INHERIT_VIEWPOINT);
-    camera->setViewport(0, 0, 64, 64);
-    camera->setProjectionMatrixAsPerspective(60.0, 1.0, 0.1, 100.0);
-    camera->setViewMatrixAsLookAt(osg::Vec3d(0.0, 0.0, 12.0), osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
-    camera->addChild(scene);
-    return camera;
-}
 
 class Threading : public testing::TestWithParam<osgViewer::ViewerBase::ThreadingModel> {};
 
@@ -57,7 +38,11 @@ TEST_P(Threading, selectionsStayAsTheyWereMade)
     }
     const osg::ref_ptr<osg::Group> root = new osg::Group;
     root->addChild(scene.get());
-    root->addChild(makeTextureCamera(scene.get()).get());
+    const osg::ref_ptr<osg::Camera> texture = makeTextureCamera(scene.get(), 64);
+    texture->setReferenceFrame(osg::Transform::ABSOLUTE_RF_INHERIT_VIEWPOINT);
+    texture->setProjectionMatrixAsPerspective(60.0, 1.0, 0.1, 100.0);
+    texture->setViewMatrixAsLookAt(osg::Vec3d(0.0, 0.0, 12.0), osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
+    root->addChild(texture.get());
 
     std::vector<RecordingObserver::Entry> entries;
     {

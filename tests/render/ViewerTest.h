@@ -6,6 +6,7 @@
 
 #include <osg/Camera>
 #include <osg/Image>
+#include <osg/Texture2D>
 #include <osgViewer/Viewer>
 
 #include <gtest/gtest.h>
@@ -70,6 +71,22 @@ inline void setUpHeadless(osg::Camera& camera, int width, int height)
     camera.setProjectionMatrixAsPerspective(30.0, static_cast<double>(width) / height, 0.1, 100.0);
     camera.setDrawBuffer(GL_BACK);
     camera.setReadBuffer(GL_BACK);
+}
+
+/// A camera that renders the scene into a square texture; its view and projection are the caller's to set.
+inline osg::ref_ptr<osg::Camera> makeTextureCamera(osg::Node* scene, int sizePixels)
+{
+    const osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D;
+    texture->setTextureSize(sizePixels, sizePixels);
+    texture->setInternalFormat(GL_RGBA);
+    osg::ref_ptr<osg::Camera> camera = new osg::Camera;
+    camera->setName("texture");
+    camera->setRenderOrder(osg::Camera::PRE_RENDER);
+    camera->setRenderTargetImplementation(osg::Camera::FRAME_BUFFER_OBJECT);
+    camera->attach(osg::Camera::COLOR_BUFFER, texture.get());
+    camera->setViewport(0, 0, sizePixels, sizePixels);
+    camera->addChild(scene);
+    return camera;
 }
 
 } // namespace osgTessLOD

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Baked surfaces as the GPU draws them: continuous in the view, closed, and the same in stock osgviewer.
-#include <asset/TemporaryDirectory.h>
 #include <render/ViewerTest.h>
-#include <viewer/FileBytes.h>
 #include <viewer/ViewerProgram.h>
 
 #include <osgTessLOD/asset/TessellationPattern.h>
@@ -13,6 +11,8 @@
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <osgtesslodviewer/CapturedMesh.h>
 #include <osgtesslodviewer/SelectionTotals.h>
+#include <support/FileBytes.h>
+#include <support/TemporaryDirectory.h>
 
 #include <osg/Geode>
 #include <osg/Image>
@@ -276,7 +276,7 @@ TEST_P(BakedModelViewer, CapturesAClosedSurface)
             mixed += stats["patchesByFactor"].size() > 1 ? 1 : 0;
             const Ply ply = readPly(folder.file("c.ply"));
             EXPECT_GE(ply.faces.size(), 20U);
-            EXPECT_EQ(openEdges(ply), 0U) << view << "error " << error;
+            EXPECT_EQ(openEdges(ply.faces), 0U) << view << "error " << error;
             EXPECT_EQ(edgesWithoutTwoFaces(ply), 0U) << view << "error " << error;
         }
     }
@@ -346,6 +346,9 @@ std::string showInStockViewer(const TemporaryDirectory& folder, const std::strin
 
 TEST(BakedModelStockViewer, ShowsTheSamePicture)
 {
+#ifdef __SANITIZE_ADDRESS__
+    GTEST_SKIP() << "the sanitizer's library would have to be osgviewer's first";
+#endif
     if (!isInstalled("xvfb-run") || !isInstalled("osgviewer")) { GTEST_SKIP() << "needs xvfb-run and osgviewer"; }
     const TemporaryDirectory folder;
     const std::string model = folder.file("x.tlod");

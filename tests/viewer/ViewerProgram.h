@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <asset/TemporaryDirectory.h>
-#include <viewer/FileBytes.h>
+#include <asset/OpenEdges.h>
+
+#include <support/FileBytes.h>
+#include <support/TemporaryDirectory.h>
 
 #include <gtest/gtest.h>
 
@@ -89,23 +91,6 @@ inline Ply readPly(const std::string& path)
         at += 13;
     }
     return ply;
-}
-
-/// Directed edges that no face runs the other way, counted with multiplicity: 0 for a closed, consistently oriented
-/// surface.
-inline std::size_t openEdges(const Ply& ply)
-{
-    std::map<std::pair<std::uint32_t, std::uint32_t>, long> balance;
-    for (const auto& face : ply.faces) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t a = face[k];
-            const std::uint32_t b = face[(k + 1) % 3];
-            balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
-        }
-    }
-    std::size_t open = 0;
-    for (const auto& [edge, sum] : balance) { open += static_cast<std::size_t>(std::labs(sum)); }
-    return open;
 }
 
 /// Edges, whatever their direction, that do not have exactly two faces.

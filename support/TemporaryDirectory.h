@@ -5,19 +5,18 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include <unistd.h>
 
 namespace osgTessLOD {
 
-/// A directory of its own for one test, removed with everything in it.
+/// A directory of its own for temporary files, removed with everything in it.
 class TemporaryDirectory {
 public:
     TemporaryDirectory()
     {
         std::string name = (std::filesystem::temp_directory_path() / "osgTessLOD-XXXXXX").string();
-        if (mkdtemp(name.data()) == nullptr) { throw std::runtime_error("no temporary directory"); }
+        if (mkdtemp(name.data()) == nullptr) { throw std::runtime_error(name + ": no temporary directory"); }
         _path = name;
     }
     ~TemporaryDirectory()

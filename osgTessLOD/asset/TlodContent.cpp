@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include <osgTessLOD/asset/TlodContent.h>
+
+#include <osgTessLOD/asset/TessellationPattern.h>
+
+namespace osgTessLOD {
+
+namespace {
+
+/// What follows the counts.
+template <class Stream, class Asset> void passConstants(Stream& stream, Asset& asset)
+{
+    stream.fields(asset.sourceTriangles, asset.lattice.origin, asset.lattice.step, asset.boundsMin, asset.boundsMax,
+                  asset.technique, asset.source);
+}
+
+void checkCounts(const ContentCounts& counts)
+{
+    const std::uint64_t sides = 3 * std::uint64_t{counts.patches};
+    if (counts.patches == 0 || counts.patches == kNoPatch) { throw AssetError("number of patches out of range"); }
+    if (counts.edges > sides || 2 * std::uint64_t{counts.edges} < sides) {
+        throw AssetError("number of edges does not go with the number of patches");
+    }
+    if (counts.baseVertices > sides || counts.baseVertices < 3) {
+        throw AssetError("number of base vertices does not go with the number of patches");
+    }
+    const std::uint32_t r = counts.normalResolution;
+    if ((r & (r - 1)) != 0 || r > NormalTexture::kMaxResolution) { throw AssetError("normal resolution is not valid"); }
+    std::uint32_t coarser = counts.patches;
+    for (const std::uint32_t reached : counts.levelPatches) {
+        if (reached > coarser) { throw AssetError("more patches reach a level than the one before"); }
+        coarser = reached;
+    }
+    if (counts.levelPatches.front() != counts.patches) { throw AssetError("not every patch has level 0"); }
+}
+
+} // namespace
+
+Bytes encodeMeta(const LodAsset& asset)
+{
+    ByteWriter out;
+    out.field(static_cast<std::uint32_t>(asset.baseVertices.size()));
+    out.field(static_cast<std::uint32_t>(asset.edges.size()));
+    out.field(static_cast<std::uint32_t>(asset.patches.size()));
+    out.field(asset.normals.resolution);
+    out.field(static_cast<std::uint32_t>(asset.ladder.size()));
+    for (std::size_t level = 0; level < asset.ladder.size(); ++level) {
+        out.field(std::uint32_t{asset.ladder[level]});
+        out.field(static_cast<std::uint32_t>(asset.levels[level].errors.size()));
+    }
+    passConstants(out, asset);
+    if (out.bytes.size() > kMaxMetaBytes) { throw AssetError("technique and source are longer than 1 MiB"); }
+    return std::move(out.bytes);
+}
+
+ContentCounts decodeMeta(const Bytes& content, LodAsset& asset)
+{
+    ByteReader in(content.data(), content.size());
+    ContentCounts counts;
+    in.fields(counts.baseVertices, counts.edges, counts.patches, counts.normalResolution);
+    std::uint32_t levels = 0;
+    in.field(levels);
+    if (levels == 0 || levels > LodAsset::kMaxLevels) { throw AssetError("number of levels out of range"); }
+    for (std::uint32_t level = 0; level < levels; ++level) {
+        std::uint32_t factor = 0;
+        std::uint32_t reached = 0;
+        in.fields(factor, reached);
+        if (!TessellationPattern::isValidFactor(factor)) { throw AssetError("ladder has an invalid factor"); }
+        asset.ladder.push_back(static_cast<std::uint16_t>(factor));
+        counts.levelPatches.push_back(reached);
+    }
+    passConstants(in, asset);
+    in.expectEnd();
+    checkCounts(counts);
+    return counts;
+}
+
+} // namespace osgTessLOD

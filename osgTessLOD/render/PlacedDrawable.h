@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/Export.h>
+#include <osgTessLOD/render/TessLODDrawable.h>
+
+#include <osg/Matrixd>
+#include <osg/ref_ptr>
+
+#include <vector>
+
+namespace osg {
+class Node;
+}
+
+namespace osgTessLOD {
+
+/// A TessLODDrawable where it is in a scene.
+struct PlacedDrawable {
+    osg::ref_ptr<TessLODDrawable> drawable;
+    osg::Matrixd localToWorld;
+};
+
+/// The TessLODDrawables of a scene, each as often as there are ways to it, hidden ones too.
+OSGTESSLOD_EXPORT std::vector<PlacedDrawable> findTessLODDrawables(osg::Node& scene);
+
+} // namespace osgTessLOD
