@@ -19,6 +19,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <utility>
 
 namespace osgTessLOD::bake {
@@ -63,6 +64,23 @@ std::vector<std::uint16_t> powerOfTwoLadder(unsigned maxFactor)
     return ladder;
 }
 
+std::vector<std::uint16_t> ladderOf(const BakeOptions& options)
+{
+    std::vector<std::uint16_t> powersOfTwo = powerOfTwoLadder(options.maxFactor);
+    const auto& ladder = options.ladder;
+    if (ladder.empty()) { return powersOfTwo; }
+    const auto isBad = [](std::uint16_t factor) { return factor != 1 && (factor == 0 || factor % 2 != 0); };
+    if (std::any_of(ladder.begin(), ladder.end(), isBad) || ladder.size() > LodAsset::kMaxLevels ||
+        std::adjacent_find(ladder.begin(), ladder.end(), std::greater_equal<>()) != ladder.end()) {
+        throw AssetError("the factors of levels must be 1 or even, rising, and at most " + std::to_string(LodAsset::kMaxLevels));
+    }
+    if (ladder.back() != options.maxFactor) { throw AssetError("the last level's factor must be the largest factor"); }
+    if (options.technique == "uniform" && ladder != powersOfTwo) {
+        throw AssetError("levels of the technique uniform are the powers of two");
+    }
+    return ladder;
+}
+
 /// The patches of a mesh, and what of the mesh they are still to be compared with.
 struct MeshPatches {
     std::unique_ptr<PatchMap> map;
@@ -100,6 +118,13 @@ MeshPatches makeMeshPatches(const std::string& path, const BakeOptions& options,
     return result;
 }
 
+LevelHierarchy makeLevels(const PatchTopology& topology, const ChartSet& charts, const std::vector<std::uint16_t>& ladder,
+                          const BakeOptions& options, Progress& progress)
+{
+    return options.technique == "strips" ? makeStripLevels(topology, charts, ladder, options.strips, progress)
+                                         : makeUniformLevels(topology, charts, ladder, progress);
+}
+
 void summarizeLevels(const LodAsset& asset, BakeReport& report)
 {
     for (std::size_t level = 0; level < asset.levels.size(); ++level) {
@@ -120,13 +145,23 @@ void summarizeLevels(const LodAsset& asset, BakeReport& report)
 
 } // namespace
 
+const std::vector<std::string>& techniqueNames()
+{
+    static const std::vector<std::string> names{"uniform", "strips"};
+    return names;
+}
+
 LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
     const auto start = std::chrono::steady_clock::now();
     const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                       options.threads != 0 ? options.threads
                                                            : static_cast<std::size_t>(tbb::info::default_concurrency()));
-    const std::vector<std::uint16_t> ladder = powerOfTwoLadder(options.maxFactor);
+    const auto& techniques = techniqueNames();
+    if (std::find(techniques.begin(), techniques.end(), options.technique) == techniques.end()) {
+        throw AssetError("there is no technique " + options.technique);
+    }
+    const std::vector<std::uint16_t> ladder = ladderOf(options);
     const unsigned chartFactor = kReferenceOversampling * options.maxFactor;
 
     std::unique_ptr<PatchMap> map;
@@ -142,9 +177,9 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
         timed(report, "chart distance", [&] { measureChartErrors(*mesh.source, mesh.patchOfVertex, charts, progress); });
     }
     const LevelHierarchy hierarchy =
-        timed(report, "levels", [&] { return makeUniformLevels(map->topology(), charts, ladder, progress); });
+        timed(report, "levels", [&] { return makeLevels(map->topology(), charts, ladder, options, progress); });
     LodAsset asset = timed(report, "errors", [&] { return assembleAsset(*map, charts, hierarchy, progress); });
-    asset.technique = "uniform";
+    asset.technique = options.technique;
     asset.source = source.substr(source.find_last_of('/') + 1);
     asset.sourceTriangles = map->sourceTriangles();
     if (options.normals) {

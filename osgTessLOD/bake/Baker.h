@@ -6,9 +6,12 @@
 #include <osgTessLOD/bake/ControlMesh.h>
 #include <osgTessLOD/bake/Progress.h>
 #include <osgTessLOD/bake/SourceMesh.h>
+#include <osgTessLOD/bake/StripSimplifier.h>
 
 #include <cstdint>
 #include <memory>
+#include <string>
+#include <vector>
 #include <string>
 #include <vector>
 
@@ -21,9 +24,16 @@ struct BakeOptions {
     /// Patches of a mesh are bisected until their finest level is estimated to be this near, in units of the model's size.
     double patchTolerance = 0.0005;
     std::uint64_t builtinTriangles = 0;     ///< for builtin sources; 0: their own size
+    std::string technique = "uniform";      ///< how levels are made: one of techniqueNames()
+    StripOptions strips;                    ///< for technique "strips"
+    /// Rising factors of the levels, 1 or even, the last one maxFactor; empty: powers of two. `strips` only.
+    std::vector<std::uint16_t> ladder;
     bool normals = true;
     unsigned threads = 0;                   ///< 0: all processors; the result does not depend on it
 };
+
+/// The techniques by which levels can be made.
+OSGTESSLOD_EXPORT const std::vector<std::string>& techniqueNames();
 
 /// What a bake did and took.
 struct BakeReport {

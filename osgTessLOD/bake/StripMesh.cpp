@@ -106,10 +106,18 @@ std::vector<std::uint32_t> StripMesh::contract(std::uint32_t p, unsigned k, cons
     std::vector<std::uint32_t> after = patch.lattice.contract(k, strip);
     std::vector<Eigen::Vector3d> positions(patch.positions.size());
     std::vector<ChartPoint> parameters(patch.parameters.size());
-    for (std::uint32_t i = 0; i < after.size(); ++i) {
-        if (!before.contains(before.point(i))) { continue; }
+    const auto keep = [&](std::uint32_t i) {
         positions[after[i]] = patch.positions[i];
         parameters[after[i]] = patch.parameters[i];
+    };
+    for (std::uint32_t i = 0; i < after.size(); ++i) {
+        if (before.contains(before.point(i))) { keep(i); }
+    }
+    // Of two ends the border's counts: where patches share several borders, it may have moved again since they merged.
+    for (unsigned side = 0; side < 3; ++side) {
+        for (unsigned step = 0; step < before.sideLength(side); ++step) {
+            keep(before.index(before.border(side, step)));
+        }
     }
     patch.positions.swap(positions);
     patch.parameters.swap(parameters);

@@ -66,7 +66,7 @@ public:
     void placeAlone(Site vertex, const Eigen::Vector3d& position, ChartPoint parameter);
 
     /// Contracts strip k of one patch (see StripLattice::contract, whose result it returns). The ends of every edge must
-    /// have been given the same place. The patches around the corner must be contracted alike before anything else.
+    /// have been given the same place; where only one end is on a border, that one's counts. The patches around the corner must be contracted alike before anything else.
     std::vector<std::uint32_t> contract(std::uint32_t patch, unsigned k, const std::vector<unsigned>& strip);
 
     /// Remembers the current pattern of a patch: what images counts from.
