@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -22,6 +23,7 @@ struct Arguments {
     std::vector<std::string> scenes;
     std::string jsonFile;
     std::string keepFolder;
+    std::vector<std::string> methods;
     unsigned runs = 3;
     unsigned frames = 20;
     bool quick = false;
@@ -58,19 +60,23 @@ void writeReport(osgTessLOD::AtomicFile& file, const BenchmarkResult& result)
 }
 
 /// The exit status: 1 if a scene could not be measured.
-int run(const CLI::App& bake, const Arguments& arguments)
+int run(const CLI::App& bake, const CLI::App& simplify, const Arguments& arguments)
 {
-    const std::vector<Scene> scenes = scenesOf(arguments);
+    std::vector<Scene> scenes = scenesOf(arguments);
+    if (simplify.parsed() && arguments.scenes.empty()) {
+        scenes.erase(std::remove_if(scenes.begin(), scenes.end(), [](const Scene& s) { return !isBuiltin(s); }), scenes.end());
+    }
     for (const Scene& scene : scenes) {
-        if (bake.parsed() && isBaked(scene)) { throw std::runtime_error(scene.source + ": is baked already"); }
+        if ((bake.parsed() || simplify.parsed()) && isBaked(scene)) { throw std::runtime_error(scene.source + ": is baked already"); }
     }
     // Before anything is measured: a file that cannot be written is to be known at once.
     std::unique_ptr<osgTessLOD::AtomicFile> file;
     if (!arguments.jsonFile.empty()) { file = std::make_unique<osgTessLOD::AtomicFile>(arguments.jsonFile); }
 
     const BenchmarkResult result =
-        bake.parsed() ? benchmarkBakes(scenes, arguments.quick ? 1 : arguments.runs, arguments.keepFolder)
-                      : benchmarkFrames(scenes, arguments.quick ? 3 : arguments.frames);
+        simplify.parsed() ? benchmarkSimplification(scenes, arguments.methods)
+        : bake.parsed()   ? benchmarkBakes(scenes, arguments.quick ? 1 : arguments.runs, arguments.keepFolder)
+                          : benchmarkFrames(scenes, arguments.quick ? 3 : arguments.frames);
     if (!result.rows.empty()) { fmt::print("{}", result.table.toText(arguments.markdown)); }
     if (!arguments.markdown && !result.glRenderer.empty()) { fmt::print("GL renderer: {}\n", result.glRenderer); }
     if (file) { writeReport(*file, result); }
@@ -87,7 +93,12 @@ int main(int argc, char** argv)
     app.require_subcommand(1);
     CLI::App* bake = app.add_subcommand("bake", "time, memory, file size and error of bakes");
     CLI::App* frame = app.add_subcommand("frame", "times and triangles of frames drawn without a window");
+    CLI::App* simplify = app.add_subcommand("simplify", "errors of the ways to make levels, relative to uniform ones");
+    simplify->add_option("--method", arguments.methods, "measure this one only; may be given several times")
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember(simplifyMethods()));
     declareCommon(*bake, arguments);
+    declareCommon(*simplify, arguments);
     declareCommon(*frame, arguments);
     bake->add_option("--runs", arguments.runs, "bakes per scene, each in a process of its own")
         ->capture_default_str()
@@ -103,7 +114,7 @@ int main(int argc, char** argv)
         return app.exit(error) == 0 ? 0 : 1;
     }
     try {
-        return run(*bake, arguments);
+        return run(*bake, *simplify, arguments);
     } catch (const std::exception& error) {
         fmt::print(stderr, "osgtesslodbench: {}\n", error.what());
         return 1;

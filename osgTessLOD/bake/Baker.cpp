@@ -84,7 +84,7 @@ std::vector<std::uint16_t> ladderOf(const BakeOptions& options)
 /// The patches of a mesh, and what of the mesh they are still to be compared with.
 struct MeshPatches {
     std::unique_ptr<PatchMap> map;
-    const SourceMesh* source = nullptr;        ///< owned by the map
+    const SourceMesh* source = nullptr;        ///< owned by the map; null for a built-in surface
     std::vector<std::uint32_t> patchOfVertex;  ///< per source vertex
 };
 
@@ -115,6 +115,14 @@ MeshPatches makeMeshPatches(const std::string& path, const BakeOptions& options,
         result.patchOfVertex[v] = refined->fromBase(base.patchPointOf(static_cast<std::uint32_t>(v))).face;
     });
     result.map = std::move(refined);
+    return result;
+}
+
+MeshPatches makePatches(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    if (source.rfind(kBuiltinPrefix, 0) != 0) { return makeMeshPatches(source, options, progress, report); }
+    MeshPatches result;
+    result.map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
     return result;
 }
 
@@ -151,6 +159,12 @@ const std::vector<std::string>& techniqueNames()
     return names;
 }
 
+std::unique_ptr<PatchMap> makePatchMap(const std::string& source, const BakeOptions& options, Progress& progress)
+{
+    BakeReport report;
+    return makePatches(source, options, progress, report).map;
+}
+
 LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
     const auto start = std::chrono::steady_clock::now();
@@ -164,14 +178,8 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
     const std::vector<std::uint16_t> ladder = ladderOf(options);
     const unsigned chartFactor = kReferenceOversampling * options.maxFactor;
 
-    std::unique_ptr<PatchMap> map;
-    MeshPatches mesh;
-    if (source.rfind(kBuiltinPrefix, 0) == 0) {
-        map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
-    } else {
-        mesh = makeMeshPatches(source, options, progress, report);
-        map = std::move(mesh.map);
-    }
+    MeshPatches mesh = makePatches(source, options, progress, report);
+    const std::unique_ptr<PatchMap> map = std::move(mesh.map);
     ChartSet charts = timed(report, "charts", [&] { return makeCharts(*map, chartFactor, progress); });
     if (mesh.source != nullptr) {
         timed(report, "chart distance", [&] { measureChartErrors(*mesh.source, mesh.patchOfVertex, charts, progress); });

@@ -4,6 +4,7 @@
 #include <osgTessLOD/Export.h>
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/bake/ControlMesh.h>
+#include <osgTessLOD/bake/PatchMap.h>
 #include <osgTessLOD/bake/Progress.h>
 #include <osgTessLOD/bake/SourceMesh.h>
 #include <osgTessLOD/bake/StripSimplifier.h>
@@ -62,6 +63,10 @@ struct BakeReport {
 
     OSGTESSLOD_EXPORT std::string toJson() const;
 };
+
+/// The surface that `source` (see bakeSource) is baked from, as a map from its patches. Throws likewise.
+OSGTESSLOD_EXPORT std::unique_ptr<PatchMap> makePatchMap(const std::string& source, const BakeOptions& options,
+                                                         Progress& progress);
 
 /// Bakes `source`: a mesh file's path, or "builtin:NAME". Throws AssetError for bad input, Interrupted as `progress` asks.
 OSGTESSLOD_EXPORT LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress,
