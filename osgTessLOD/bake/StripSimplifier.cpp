@@ -4,6 +4,7 @@
 
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/bake/ChartRelayout.h>
+#include <osgTessLOD/bake/CollapseCost.h>
 #include <osgTessLOD/bake/PatternResampling.h>
 #include <osgTessLOD/bake/StripGraph.h>
 
@@ -11,7 +12,7 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
+#include <memory>
 
 namespace osgTessLOD::bake {
 
@@ -69,6 +70,7 @@ public:
         , _batches(independentBatches(topology, _fans))
         , _mesh(topology, std::max<unsigned>(2, ladder.back()))
     {
+        for (const CornerFan& fan : _fans) { _reach.push_back(reach(topology, fan)); }
         _hierarchy.ladder = ladder;
         _hierarchy.patches.resize(topology.patches.size());
         for (PatchLevels& levels : _hierarchy.patches) {
@@ -85,10 +87,12 @@ public:
         const unsigned coarsest = std::max<unsigned>(2, ladder.front());
         _progress.begin("strips", _fans.size() * (finest - coarsest) / 2, "strips");
         sampleFinest(finest);
+        if (usesViewError()) { _cost = std::make_unique<CollapseCost>(_mesh, _charts); }
         std::size_t level = ladder.size();
         for (unsigned factor = finest;; factor -= 2) {
             if (level > 0 && ladder[level - 1] == factor) { store(--level); }
             if (factor == coarsest) { break; }
+            measureErrors();
             for (const auto& batch : _batches) { contractBatch(batch); }
         }
         if (ladder.front() == 1) { storeTriangle(); }
@@ -122,22 +126,43 @@ private:
         });
     }
 
+    bool usesViewError() const
+    {
+        return _options.cost == StripOptions::Cost::ViewError && _options.strips == StripOptions::Strips::Optimal;
+    }
+
+    void measureErrors()
+    {
+        if (!_cost) { return; }
+        tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(_mesh.patchCount()), [&](std::uint32_t p) {
+            _cost->relocate(p);
+            _cost->measure(p);
+        });
+    }
+
     void contractBatch(const std::vector<std::uint32_t>& batch)
     {
         tbb::parallel_for(std::size_t{0}, batch.size(), [&](std::size_t i) {
-            contractFan(_fans[batch[i]]);
+            contractFan(batch[i]);
             _progress.step(1);
         });
     }
 
-    void contractFan(const CornerFan& fan)
+    void contractFan(std::uint32_t f)
     {
+        const CornerFan& fan = _fans[f];
+        if (_cost) {
+            tbb::parallel_for(std::size_t{0}, _reach[f].size(), [&](std::size_t i) { _cost->relocate(_reach[f][i]); });
+        }
         const StripGraph graph(_mesh, fan);
         const std::vector<unsigned> strip =
             _options.strips == StripOptions::Strips::Straight ? graph.straight() : cheapest(graph);
         const std::vector<std::uint32_t> broken = mergeEnds(graph, strip);
         for (std::size_t c = 0; c < fan.corners.size(); ++c) {
-            _mesh.contract(fan.corners[c].patch, fan.corners[c].corner, graph.within(c, strip));
+            const auto& [patch, corner] = fan.corners[c];
+            const StripLattice before = _mesh.patch(patch).lattice;
+            const std::vector<std::uint32_t> after = _mesh.contract(patch, corner, graph.within(c, strip));
+            if (_cost) { _cost->contracted(patch, before, after); }
         }
         for (const std::uint32_t p : broken) { relayout(_mesh, p, _chartPattern, _charts.charts[p]); }
         _contractions += strip.size();
@@ -170,7 +195,7 @@ private:
         const CollapseStar star = collapseStar(_mesh, edgeStart(_mesh, layer, index), layer.corner);
         const Placement placement = placeVertex(star, _options.placement);
         if (!placement.isValid) { return StripCost::forbidden(); }
-        return {0.0, placement.residual};
+        return {_cost ? _cost->evaluate(star, placement) : 0.0, placement.residual};
     }
 
     /// Gives both ends of every edge of a strip their common place, one edge after the other. Returns the patches in which
@@ -220,7 +245,9 @@ private:
     TessellationPattern _chartPattern;
     std::vector<CornerFan> _fans;
     std::vector<std::vector<std::uint32_t>> _batches;
+    std::vector<std::vector<std::uint32_t>> _reach; ///< per fan
     StripMesh _mesh;
+    std::unique_ptr<CollapseCost> _cost; ///< if C_edge is asked for
     LevelHierarchy _hierarchy;
     std::atomic<std::uint64_t> _contractions{0};
     std::atomic<std::uint64_t> _relayouts{0};
