@@ -28,6 +28,10 @@ BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, unsigned runs, 
 /// window. Times are medians over `frames` frames.
 BenchmarkResult benchmarkFrames(const std::vector<Scene>& scenes, unsigned frames);
 
+/// How far the approximations of E(d), the error as a function of the view direction, are above it, per scene and factor
+/// (Lambert fig. 2.4), over `directions` random directions for every patch and level.
+BenchmarkResult benchmarkMetric(const std::vector<Scene>& scenes, std::size_t directions);
+
 double median(std::vector<double> values);
 
 } // namespace osgTessLOD::benchmarks

@@ -120,44 +120,54 @@ void summarizeLevels(const LodAsset& asset, BakeReport& report)
 
 } // namespace
 
+PatchedSurface makeLevels(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    const std::vector<std::uint16_t> ladder = powerOfTwoLadder(options.maxFactor);
+    PatchedSurface surface;
+    MeshPatches mesh;
+    if (source.rfind(kBuiltinPrefix, 0) == 0) {
+        surface.map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
+    } else {
+        mesh = makeMeshPatches(source, options, progress, report);
+        surface.map = std::move(mesh.map);
+    }
+    report.isMesh = mesh.source != nullptr;
+    surface.charts = timed(report, "charts",
+                           [&] { return makeCharts(*surface.map, kReferenceOversampling * options.maxFactor, progress); });
+    if (mesh.source != nullptr) {
+        timed(report, "chart distance",
+              [&] { measureChartErrors(*mesh.source, mesh.patchOfVertex, surface.charts, progress); });
+    }
+    surface.hierarchy = timed(report, "levels", [&] {
+        return makeUniformLevels(surface.map->topology(), surface.charts, ladder, progress);
+    });
+    return surface;
+}
+
 LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
     const auto start = std::chrono::steady_clock::now();
     const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                       options.threads != 0 ? options.threads
                                                            : static_cast<std::size_t>(tbb::info::default_concurrency()));
-    const std::vector<std::uint16_t> ladder = powerOfTwoLadder(options.maxFactor);
-    const unsigned chartFactor = kReferenceOversampling * options.maxFactor;
-
-    std::unique_ptr<PatchMap> map;
-    MeshPatches mesh;
-    if (source.rfind(kBuiltinPrefix, 0) == 0) {
-        map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
-    } else {
-        mesh = makeMeshPatches(source, options, progress, report);
-        map = std::move(mesh.map);
-    }
-    ChartSet charts = timed(report, "charts", [&] { return makeCharts(*map, chartFactor, progress); });
-    if (mesh.source != nullptr) {
-        timed(report, "chart distance", [&] { measureChartErrors(*mesh.source, mesh.patchOfVertex, charts, progress); });
-    }
-    const LevelHierarchy hierarchy =
-        timed(report, "levels", [&] { return makeUniformLevels(map->topology(), charts, ladder, progress); });
-    LodAsset asset = timed(report, "errors", [&] { return assembleAsset(*map, charts, hierarchy, progress); });
+    PatchedSurface surface = makeLevels(source, options, progress, report);
+    LodAsset asset = timed(report, "errors", [&] {
+        return assembleAsset(*surface.map, surface.charts, surface.hierarchy, progress);
+    });
     asset.technique = "uniform";
     asset.source = source.substr(source.find_last_of('/') + 1);
-    asset.sourceTriangles = map->sourceTriangles();
+    asset.sourceTriangles = surface.map->sourceTriangles();
     if (options.normals) {
-        asset.normals =
-            timed(report, "normals", [&] { return bakeNormals(map->topology(), charts, chartFactor, progress); });
+        asset.normals = timed(report, "normals", [&] {
+            return bakeNormals(surface.map->topology(), surface.charts, surface.charts.factor, progress);
+        });
     }
     timed(report, "validate", [&] { asset.validate(); });
 
     report.source = source;
     report.sourceTriangles = asset.sourceTriangles;
-    report.isMesh = mesh.source != nullptr;
     report.patches = asset.patches.size();
-    report.diagonal = map->frame().scale;
+    report.diagonal = surface.map->frame().scale;
     summarizeLevels(asset, report);
     report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     report.peakBytes = peakResidentBytes();
