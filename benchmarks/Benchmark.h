@@ -34,6 +34,10 @@ BenchmarkResult benchmarkSimplification(const std::vector<Scene>& scenes, const 
 /// "voluv+refit+cost" and so on: placement, then whether refit, then whether chosen by C_edge.
 std::vector<std::string> simplifyMethods();
 
+/// How far the approximations of E(d), the error as a function of the view direction, are above it, per scene and factor
+/// (Lambert fig. 2.4), over `directions` random directions for every patch and level.
+BenchmarkResult benchmarkMetric(const std::vector<Scene>& scenes, std::size_t directions);
+
 double median(std::vector<double> values);
 
 } // namespace osgTessLOD::benchmarks

@@ -6,7 +6,6 @@
 #include <osgTessLOD/bake/DifferenceVectors.h>
 #include <osgTessLOD/bake/ErrorFit.h>
 #include <osgTessLOD/bake/SymmetricHull.h>
-#include <osgTessLOD/bake/UniformLevels.h>
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -29,12 +28,10 @@ constexpr char kFull[] = "voluv+refit+cost";
 
 /// The reference and what the errors of all methods are relative to.
 struct Reference {
-    std::unique_ptr<bake::PatchMap> map;
-    bake::ChartSet charts;
+    bake::PatchedSurface surface; ///< with uniform levels
     bake::Triangulation chartTriangles = bake::Triangulation::ofPattern(2 * kFinest);
     std::vector<ChartPoint> chartPoints = bake::patternPoints(2 * kFinest);
     bake::Directions directions = bake::sphericalFibonacci(kDirections);
-    std::vector<std::uint16_t> ladder{1, 2, 4, 8, 16, 32, 64};
 };
 
 /// Mean over directions of E(d) of one level of one patch.
@@ -61,7 +58,7 @@ std::vector<double> meanErrors(const Reference& reference, const bake::LevelHier
         tbb::parallel_for(std::size_t{0}, patches, [&](std::size_t p) {
             const bake::PatchLevels& levels = hierarchy.patches[p];
             const std::vector<ChartPoint> none;
-            errors[p] = meanError(reference, reference.charts.charts[p].positions, levels.positions[level],
+            errors[p] = meanError(reference, reference.surface.charts.charts[p].positions, levels.positions[level],
                                   levels.parameters.empty() ? none : levels.parameters[level], factor);
         });
         double sum = 0.0;
@@ -86,9 +83,12 @@ bake::StripOptions optionsOf(const std::string& method)
 Reference makeReference(const Scene& scene)
 {
     bake::Progress progress;
+    bake::BakeReport report;
+    bake::BakeOptions options;
+    options.technique = "uniform";
+    options.maxFactor = kFinest;
     Reference reference;
-    reference.map = bake::makePatchMap(scene.source, bake::BakeOptions(), progress);
-    reference.charts = bake::makeCharts(*reference.map, 2 * kFinest, progress);
+    reference.surface = bake::makeLevels(scene.source, options, progress, report);
     return reference;
 }
 
@@ -107,8 +107,9 @@ Json measure(const Reference& reference, const Scene& scene, const std::string& 
     bake::Progress progress;
     bake::StripReport report;
     const auto start = std::chrono::steady_clock::now();
-    const bake::LevelHierarchy hierarchy = bake::makeStripLevels(
-        reference.map->topology(), reference.charts, reference.ladder, optionsOf(method), progress, &report);
+    const bake::LevelHierarchy hierarchy =
+        bake::makeStripLevels(reference.surface.map->topology(), reference.surface.charts,
+                              reference.surface.hierarchy.ladder, optionsOf(method), progress, &report);
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     return {{"scene", scene.name},
             {"method", method},
@@ -172,10 +173,7 @@ BenchmarkResult benchmarkSimplification(const std::vector<Scene>& scenes, const 
     for (const Scene& scene : scenes) {
         try {
             const Reference reference = makeReference(scene);
-            bake::Progress progress;
-            const std::vector<double> uniform =
-                meanErrors(reference, bake::makeUniformLevels(reference.map->topology(), reference.charts,
-                                                              reference.ladder, progress));
+            const std::vector<double> uniform = meanErrors(reference, reference.surface.hierarchy);
             for (const std::string& method : methods.empty() ? simplifyMethods() : methods) {
                 fmt::print(stderr, "{}: {}\n", scene.name, method);
                 result.rows.push_back(measure(reference, scene, method, uniform));

@@ -81,6 +81,14 @@ std::vector<std::uint16_t> ladderOf(const BakeOptions& options)
     return ladder;
 }
 
+void checkTechnique(const BakeOptions& options)
+{
+    const auto& names = techniqueNames();
+    if (std::find(names.begin(), names.end(), options.technique) == names.end()) {
+        throw AssetError("there is no technique " + options.technique);
+    }
+}
+
 /// The patches of a mesh, and what of the mesh they are still to be compared with.
 struct MeshPatches {
     std::unique_ptr<PatchMap> map;
@@ -118,21 +126,6 @@ MeshPatches makeMeshPatches(const std::string& path, const BakeOptions& options,
     return result;
 }
 
-MeshPatches makePatches(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
-{
-    if (source.rfind(kBuiltinPrefix, 0) != 0) { return makeMeshPatches(source, options, progress, report); }
-    MeshPatches result;
-    result.map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
-    return result;
-}
-
-LevelHierarchy makeLevels(const PatchTopology& topology, const ChartSet& charts, const std::vector<std::uint16_t>& ladder,
-                          const BakeOptions& options, Progress& progress)
-{
-    return options.technique == "strips" ? makeStripLevels(topology, charts, ladder, options.strips, progress)
-                                         : makeUniformLevels(topology, charts, ladder, progress);
-}
-
 void summarizeLevels(const LodAsset& asset, BakeReport& report)
 {
     for (std::size_t level = 0; level < asset.levels.size(); ++level) {
@@ -159,10 +152,32 @@ const std::vector<std::string>& techniqueNames()
     return names;
 }
 
-std::unique_ptr<PatchMap> makePatchMap(const std::string& source, const BakeOptions& options, Progress& progress)
+PatchedSurface makeLevels(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
-    BakeReport report;
-    return makePatches(source, options, progress, report).map;
+    checkTechnique(options);
+    const std::vector<std::uint16_t> ladder = ladderOf(options);
+    PatchedSurface surface;
+    MeshPatches mesh;
+    if (source.rfind(kBuiltinPrefix, 0) == 0) {
+        surface.map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
+    } else {
+        mesh = makeMeshPatches(source, options, progress, report);
+        surface.map = std::move(mesh.map);
+    }
+    report.isMesh = mesh.source != nullptr;
+    surface.charts = timed(report, "charts",
+                           [&] { return makeCharts(*surface.map, kReferenceOversampling * options.maxFactor, progress); });
+    if (mesh.source != nullptr) {
+        timed(report, "chart distance",
+              [&] { measureChartErrors(*mesh.source, mesh.patchOfVertex, surface.charts, progress); });
+    }
+    surface.hierarchy = timed(report, "levels", [&] {
+        const PatchTopology& topology = surface.map->topology();
+        return options.technique == "strips"
+                   ? makeStripLevels(topology, surface.charts, ladder, options.strips, progress)
+                   : makeUniformLevels(topology, surface.charts, ladder, progress);
+    });
+    return surface;
 }
 
 LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
@@ -171,36 +186,24 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
     const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                       options.threads != 0 ? options.threads
                                                            : static_cast<std::size_t>(tbb::info::default_concurrency()));
-    const auto& techniques = techniqueNames();
-    if (std::find(techniques.begin(), techniques.end(), options.technique) == techniques.end()) {
-        throw AssetError("there is no technique " + options.technique);
-    }
-    const std::vector<std::uint16_t> ladder = ladderOf(options);
-    const unsigned chartFactor = kReferenceOversampling * options.maxFactor;
-
-    MeshPatches mesh = makePatches(source, options, progress, report);
-    const std::unique_ptr<PatchMap> map = std::move(mesh.map);
-    ChartSet charts = timed(report, "charts", [&] { return makeCharts(*map, chartFactor, progress); });
-    if (mesh.source != nullptr) {
-        timed(report, "chart distance", [&] { measureChartErrors(*mesh.source, mesh.patchOfVertex, charts, progress); });
-    }
-    const LevelHierarchy hierarchy =
-        timed(report, "levels", [&] { return makeLevels(map->topology(), charts, ladder, options, progress); });
-    LodAsset asset = timed(report, "errors", [&] { return assembleAsset(*map, charts, hierarchy, progress); });
+    PatchedSurface surface = makeLevels(source, options, progress, report);
+    LodAsset asset = timed(report, "errors", [&] {
+        return assembleAsset(*surface.map, surface.charts, surface.hierarchy, progress);
+    });
     asset.technique = options.technique;
     asset.source = source.substr(source.find_last_of('/') + 1);
-    asset.sourceTriangles = map->sourceTriangles();
+    asset.sourceTriangles = surface.map->sourceTriangles();
     if (options.normals) {
-        asset.normals =
-            timed(report, "normals", [&] { return bakeNormals(map->topology(), charts, chartFactor, progress); });
+        asset.normals = timed(report, "normals", [&] {
+            return bakeNormals(surface.map->topology(), surface.charts, surface.charts.factor, progress);
+        });
     }
     timed(report, "validate", [&] { asset.validate(); });
 
     report.source = source;
     report.sourceTriangles = asset.sourceTriangles;
-    report.isMesh = mesh.source != nullptr;
     report.patches = asset.patches.size();
-    report.diagonal = map->frame().scale;
+    report.diagonal = surface.map->frame().scale;
     summarizeLevels(asset, report);
     report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     report.peakBytes = peakResidentBytes();

@@ -4,6 +4,8 @@
 #include <osgTessLOD/Export.h>
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/bake/ControlMesh.h>
+#include <osgTessLOD/bake/LevelHierarchy.h>
+#include <osgTessLOD/bake/PatchChart.h>
 #include <osgTessLOD/bake/PatchMap.h>
 #include <osgTessLOD/bake/Progress.h>
 #include <osgTessLOD/bake/SourceMesh.h>
@@ -64,9 +66,16 @@ struct BakeReport {
     OSGTESSLOD_EXPORT std::string toJson() const;
 };
 
-/// The surface that `source` (see bakeSource) is baked from, as a map from its patches. Throws likewise.
-OSGTESSLOD_EXPORT std::unique_ptr<PatchMap> makePatchMap(const std::string& source, const BakeOptions& options,
-                                                         Progress& progress);
+/// A surface in patches, with the reference and the levels of each: all that an asset is put together from.
+struct PatchedSurface {
+    std::unique_ptr<PatchMap> map;
+    ChartSet charts;
+    LevelHierarchy hierarchy;
+};
+
+/// The first part of bakeSource: all but errors, lattice and normals. Adds to the report what it did.
+OSGTESSLOD_EXPORT PatchedSurface makeLevels(const std::string& source, const BakeOptions& options, Progress& progress,
+                                            BakeReport& report);
 
 /// Bakes `source`: a mesh file's path, or "builtin:NAME". Throws AssetError for bad input, Interrupted as `progress` asks.
 OSGTESSLOD_EXPORT LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress,

@@ -13,7 +13,7 @@ DifferenceVectors::DifferenceVectors(const PlacedTriangulation& level, const Pla
     const std::vector<OverlaySample> samples = overlay(level, chart);
     _rows.reserve(samples.size());
     for (const OverlaySample& s : samples) {
-        _rows.push_back({level.topology.triangles()[s.levelTriangle], chart.topology.triangles()[s.chartTriangle],
+        _rows.push_back({s.levelTriangle, level.topology.triangles()[s.levelTriangle], chart.topology.triangles()[s.chartTriangle],
                          s.levelWeights, s.chartWeights});
     }
 }

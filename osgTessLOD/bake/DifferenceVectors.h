@@ -15,13 +15,22 @@ namespace osgTessLOD::bake {
 /// One table serves every patch whose vertices lie at the same parameters.
 class OSGTESSLOD_EXPORT DifferenceVectors {
 public:
+    /// V = Σ levelWeights · level − Σ chartWeights · chart: one sample, a row of eq. 4.7.
+    struct Row {
+        std::uint32_t levelTriangle;
+        std::array<std::uint32_t, 3> levelVertices;
+        std::array<std::uint32_t, 3> chartVertices;
+        std::array<double, 3> levelWeights;
+        std::array<double, 3> chartWeights;
+    };
+
     DifferenceVectors(const PlacedTriangulation& level, const PlacedTriangulation& chart);
     /// Of two patterns with their vertices where the patterns have them.
     DifferenceVectors(unsigned chartFactor, unsigned levelFactor);
 
-    std::size_t size() const { return _rows.size(); }
+    const std::vector<Row>& rows() const { return _rows; }
 
-    /// All of them, from the positions of both meshes' vertices. They keep the order of the overlay.
+    /// All of them, from the positions of both meshes' vertices. In the order of rows().
     void evaluate(const std::vector<Eigen::Vector3d>& chart, const std::vector<Eigen::Vector3d>& level,
                   std::vector<Eigen::Vector3d>& vectors) const;
 
@@ -29,12 +38,6 @@ public:
     double largest(const std::vector<Eigen::Vector3d>& chart, const std::vector<Eigen::Vector3d>& level) const;
 
 private:
-    struct Row {
-        std::array<std::uint32_t, 3> levelVertices;
-        std::array<std::uint32_t, 3> chartVertices;
-        std::array<double, 3> levelWeights;
-        std::array<double, 3> chartWeights;
-    };
     static Eigen::Vector3d difference(const Row& row, const std::vector<Eigen::Vector3d>& chart,
                                       const std::vector<Eigen::Vector3d>& level);
 

@@ -6,6 +6,7 @@
 #include <osgTessLOD/bake/ChartRelayout.h>
 #include <osgTessLOD/bake/CollapseCost.h>
 #include <osgTessLOD/bake/PatternResampling.h>
+#include <osgTessLOD/bake/Refit.h>
 #include <osgTessLOD/bake/StripGraph.h>
 
 #include <tbb/parallel_for.h>
@@ -115,12 +116,41 @@ private:
         });
     }
 
+    /// The finest level's vertices are where the pattern has them, up to rounding.
+    bool isAtPatternPlaces(std::size_t level) const
+    {
+        return level + 1 == _hierarchy.ladder.size() && ChartPoint::kUnits % (3 * _hierarchy.ladder[level]) == 0;
+    }
+
+    /// Moves the vertices to where they fit the charts best; the corners only once, at the finest level.
+    void refitLevel(std::size_t level)
+    {
+        const bool atPatternPlaces = isAtPatternPlaces(level);
+        const auto patches = static_cast<std::uint32_t>(_mesh.patchCount());
+        std::vector<std::vector<ChartPoint>> parameters(patches);
+        std::vector<std::vector<Eigen::Vector3d>> positions(patches);
+        for (std::uint32_t p = 0; p < patches; ++p) {
+            if (!atPatternPlaces) { parameters[p] = _mesh.patternParameters(p); }
+            positions[p] = _mesh.patternPositions(p);
+        }
+        RefitOptions options;
+        options.moveCorners = level + 1 == _hierarchy.ladder.size();
+        refit(_topology, _charts, _mesh.patch(0).lattice.factor(), parameters, options, positions);
+        tbb::parallel_for(std::uint32_t{0}, patches, [&](std::uint32_t p) {
+            for (std::uint32_t v = 0; v < positions[p].size(); ++v) {
+                const StripMesh::Site vertex{p, _mesh.patch(p).lattice.patternPoint(v)};
+                _mesh.placeAlone(vertex, positions[p][v], _mesh.parameter(vertex));
+            }
+        });
+    }
+
     void store(std::size_t level)
     {
+        if (_options.refit) { refitLevel(level); }
         tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(_mesh.patchCount()), [&](std::uint32_t p) {
             PatchLevels& levels = _hierarchy.patches[p];
             levels.positions[level] = _mesh.patternPositions(p);
-            levels.parameters[level] = _mesh.patternParameters(p);
+            if (!isAtPatternPlaces(level)) { levels.parameters[level] = _mesh.patternParameters(p); }
             if (level + 1 < levels.positions.size()) { levels.parents[level + 1] = _mesh.patternImages(p); }
             _mesh.mark(p);
         });

@@ -29,7 +29,7 @@ LevelHierarchy simplified(const PatchMap& map, const Ladder& ladder, const Strip
 
 void expectPositiveTriangles(const LevelHierarchy& hierarchy)
 {
-    for (std::size_t level = hierarchy.ladder.front() == 1 ? 1 : 0; level < hierarchy.ladder.size(); ++level) {
+    for (std::size_t level = hierarchy.ladder.front() == 1 ? 1 : 0; level + 1 < hierarchy.ladder.size(); ++level) {
         const TessellationPattern pattern(hierarchy.ladder[level]);
         for (const PatchLevels& patch : hierarchy.patches) {
             const auto& at = patch.parameters[level];
@@ -75,6 +75,7 @@ void expectSharedBorders(const PatchTopology& topology, const LevelHierarchy& hi
             for (unsigned step = 1; step < factor; ++step) {
                 const std::uint32_t u = borderVertex(edge, 0, factor, step), v = borderVertex(edge, 1, factor, step);
                 ASSERT_EQ(a.positions[level][u], b.positions[level][v]);
+                if (level + 1 == hierarchy.ladder.size()) { continue; } // at the pattern's places
                 const auto along = alongBorder(edge.sides[0], a.parameters[level][u]);
                 ASSERT_EQ(borderParameter(edge.sides[0], along), a.parameters[level][u]);
                 ASSERT_EQ(borderParameter(edge.sides[1], ChartPoint::kUnits - along), b.parameters[level][v]);
@@ -116,15 +117,10 @@ TEST(StripSimplifier, KeepsCornersAndTheFinestLevelsParameters)
             const unsigned factor = hierarchy.ladder[level];
             for (unsigned k = 0; k < 3; ++k) {
                 EXPECT_EQ(patch.positions[level][k * factor], patch.positions[2][k * 32]);
-                EXPECT_EQ(patch.parameters[level][k * factor], borderParameter(k, 0));
+                if (level < 2) { EXPECT_EQ(patch.parameters[level][k * factor], borderParameter(k, 0)); }
             }
         }
-        for (std::uint32_t v = 0; v < patch.parameters[2].size(); ++v) {
-            const auto b = TessellationPattern::barycentric(32, v);
-            const auto scale = static_cast<unsigned>(ChartPoint::kUnits) / 96;
-            EXPECT_EQ(static_cast<unsigned>(patch.parameters[2][v].u), b[1] * scale);
-            EXPECT_EQ(static_cast<unsigned>(patch.parameters[2][v].v), b[2] * scale);
-        }
+        EXPECT_TRUE(patch.parameters[2].empty()) << "at the pattern's places";
     }
 }
 
