@@ -28,6 +28,16 @@ BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, unsigned runs, 
 /// window. Times are medians over `frames` frames.
 BenchmarkResult benchmarkFrames(const std::vector<Scene>& scenes, unsigned frames);
 
+/// Simplifies every scene by each of `methods` (simplifyMethods(), all if empty) and compares their errors with those of
+/// uniform levels (Lambert fig. 4.10): the mean over all directions and patches of E(d).
+BenchmarkResult benchmarkSimplification(const std::vector<Scene>& scenes, const std::vector<std::string>& methods);
+/// "voluv+refit+cost" and so on: placement, then whether refit, then whether chosen by C_edge.
+std::vector<std::string> simplifyMethods();
+
+/// How far the approximations of E(d), the error as a function of the view direction, are above it, per scene and factor
+/// (Lambert fig. 2.4), over `directions` random directions for every patch and level.
+BenchmarkResult benchmarkMetric(const std::vector<Scene>& scenes, std::size_t directions);
+
 double median(std::vector<double> values);
 
 } // namespace osgTessLOD::benchmarks

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// osgtesslodbench: measures what bakes and frames take.
+// osgtesslodbench: measures what bakes and frames take, and how good the error metric is.
 #include "Benchmark.h"
 #include "Machine.h"
 
@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -22,8 +23,10 @@ struct Arguments {
     std::vector<std::string> scenes;
     std::string jsonFile;
     std::string keepFolder;
+    std::vector<std::string> methods;
     unsigned runs = 3;
     unsigned frames = 20;
+    std::size_t directions = 1000000;
     bool quick = false;
     bool markdown = false;
 };
@@ -57,20 +60,34 @@ void writeReport(osgTessLOD::AtomicFile& file, const BenchmarkResult& result)
     file.commit();
 }
 
-/// The exit status: 1 if a scene could not be measured.
-int run(const CLI::App& bake, const Arguments& arguments)
+enum class Command { Bake, Frame, Metric, Simplify };
+
+BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const Arguments& arguments)
 {
-    const std::vector<Scene> scenes = scenesOf(arguments);
+    constexpr std::size_t kQuickDirections = 10000;
+    switch (command) {
+    case Command::Bake: return benchmarkBakes(scenes, arguments.quick ? 1 : arguments.runs, arguments.keepFolder);
+    case Command::Frame: return benchmarkFrames(scenes, arguments.quick ? 3 : arguments.frames);
+    case Command::Simplify: return benchmarkSimplification(scenes, arguments.methods);
+    default: return benchmarkMetric(scenes, arguments.quick ? kQuickDirections : arguments.directions);
+    }
+}
+
+/// The exit status: 1 if a scene could not be measured.
+int run(Command command, const Arguments& arguments)
+{
+    std::vector<Scene> scenes = scenesOf(arguments);
+    if (command == Command::Simplify && arguments.scenes.empty()) {
+        scenes.erase(std::remove_if(scenes.begin(), scenes.end(), [](const Scene& s) { return !isBuiltin(s); }), scenes.end());
+    }
     for (const Scene& scene : scenes) {
-        if (bake.parsed() && isBaked(scene)) { throw std::runtime_error(scene.source + ": is baked already"); }
+        if (command != Command::Frame && isBaked(scene)) { throw std::runtime_error(scene.source + ": is baked already"); }
     }
     // Before anything is measured: a file that cannot be written is to be known at once.
     std::unique_ptr<osgTessLOD::AtomicFile> file;
     if (!arguments.jsonFile.empty()) { file = std::make_unique<osgTessLOD::AtomicFile>(arguments.jsonFile); }
 
-    const BenchmarkResult result =
-        bake.parsed() ? benchmarkBakes(scenes, arguments.quick ? 1 : arguments.runs, arguments.keepFolder)
-                      : benchmarkFrames(scenes, arguments.quick ? 3 : arguments.frames);
+    const BenchmarkResult result = measure(command, scenes, arguments);
     if (!result.rows.empty()) { fmt::print("{}", result.table.toText(arguments.markdown)); }
     if (!arguments.markdown && !result.glRenderer.empty()) { fmt::print("GL renderer: {}\n", result.glRenderer); }
     if (file) { writeReport(*file, result); }
@@ -83,12 +100,23 @@ int run(const CLI::App& bake, const Arguments& arguments)
 int main(int argc, char** argv)
 {
     Arguments arguments;
-    CLI::App app("Measures what baking surfaces and drawing them takes.", "osgtesslodbench");
+    CLI::App app("Measures what baking surfaces and drawing them takes, and how good the error metric is.",
+                 "osgtesslodbench");
     app.require_subcommand(1);
     CLI::App* bake = app.add_subcommand("bake", "time, memory, file size and error of bakes");
     CLI::App* frame = app.add_subcommand("frame", "times and triangles of frames drawn without a window");
+    CLI::App* simplify = app.add_subcommand("simplify", "errors of the ways to make levels, relative to uniform ones");
+    simplify->add_option("--method", arguments.methods, "measure this one only; may be given several times")
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember(simplifyMethods()));
+    CLI::App* metric = app.add_subcommand("metric", "how far approximations of the view-dependent error are above it");
     declareCommon(*bake, arguments);
+    declareCommon(*simplify, arguments);
     declareCommon(*frame, arguments);
+    declareCommon(*metric, arguments);
+    metric->add_option("--directions", arguments.directions, "random directions per patch and level")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000000));
     bake->add_option("--runs", arguments.runs, "bakes per scene, each in a process of its own")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
@@ -103,7 +131,11 @@ int main(int argc, char** argv)
         return app.exit(error) == 0 ? 0 : 1;
     }
     try {
-        return run(*bake, arguments);
+        return run(bake->parsed()       ? Command::Bake
+                   : frame->parsed()    ? Command::Frame
+                   : simplify->parsed() ? Command::Simplify
+                                        : Command::Metric,
+                   arguments);
     } catch (const std::exception& error) {
         fmt::print(stderr, "osgtesslodbench: {}\n", error.what());
         return 1;

@@ -32,7 +32,6 @@ struct Arguments {
     std::string info;
     std::string check;
     std::string exported;
-    std::string technique = "uniform";
     unsigned factor = 64;
     double creaseAngleDegrees = 60.0;
     bool noNormals = false;
@@ -55,8 +54,13 @@ void declareArguments(CLI::App& app, Arguments& arguments)
         ->capture_default_str()
         ->check(CLI::Range(0.0, 180.0));
     app.add_option("--triangles", arguments.bake.builtinTriangles, "scale a builtin source to about so many triangles");
-    app.add_option("--technique", arguments.technique, "how levels are made")->capture_default_str()->check(
-        CLI::IsMember({"uniform"}));
+    app.add_option("--technique", arguments.bake.technique, "how levels are made")
+        ->capture_default_str()
+        ->check(CLI::IsMember(bake::techniqueNames()));
+    app.add_option("--ladder", arguments.bake.ladder,
+                   "factors of the levels, such as 1,2,4,6,8,12,16: rising, 1 or even, the last --max-factor; without: "
+                   "powers of two. Technique strips only")
+        ->delimiter(',');
     app.add_option("--threads", arguments.bake.threads, "threads to use; 0: all processors")->capture_default_str();
     app.add_flag("--no-normals", arguments.noNormals, "store no normal texture");
     app.add_flag("-q,--quiet", arguments.quiet, "show no progress");

@@ -3,7 +3,8 @@
 
 #include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/asset/TessellationPattern.h>
-#include <osgTessLOD/bake/DifferenceVectors.h>
+#include <osgTessLOD/bake/ErrorFit.h>
+#include <osgTessLOD/bake/LevelErrors.h>
 
 #include <Eigen/Geometry>
 #include <tbb/parallel_for.h>
@@ -99,11 +100,9 @@ class PatchAssembler {
 public:
     PatchAssembler(const LatticeFrame& frame, const std::vector<std::uint16_t>& ladder, unsigned chartFactor)
         : _frame(frame)
+        , _errors(ladder, chartFactor)
     {
-        for (const std::uint16_t factor : ladder) {
-            _differences.emplace_back(chartFactor, factor);
-            _patterns.emplace_back(factor);
-        }
+        for (const std::uint16_t factor : ladder) { _patterns.emplace_back(factor); }
     }
 
     void assemble(const PatchChart& chart, const PatchLevels& levels, std::size_t p, LodAsset& asset) const
@@ -121,23 +120,33 @@ public:
         }
         patch.latticeOrigin = low;
 
-        std::vector<Vector3d> reference(chart.positions.size());
-        for (std::size_t v = 0; v < reference.size(); ++v) { reference[v] = _frame.toAsset(chart.positions[v]); }
-        std::vector<std::vector<Vector3d>> stored(lattice.size());
+        PatchLevels stored = levels; // as they decode
         for (std::size_t level = 0; level < lattice.size(); ++level) {
             storeVertices(lattice[level], low, level == 0 ? nullptr : &levels.parents[level],
                           &asset.levels[level].vertices[p * lattice[level].size()]);
-            for (const LatticePoint& point : lattice[level]) { stored[level].push_back(_frame.fromLattice(point)); }
-            LevelError& error = asset.levels[level].errors[p];
-            error.isotropic = roundUp(_differences[level].largest(reference, stored[level]) +
-                                      chart.chartError * _frame.scale());
-            error.quadratic = ViewError::isotropic(error.isotropic);
+            for (std::size_t v = 0; v < lattice[level].size(); ++v) {
+                stored.positions[level][v] = _frame.fromLattice(lattice[level][v]);
+            }
         }
-        boundSphere(stored, patch);
-        boundNormals(stored, patch);
+        measureErrors(chart, stored, p, asset);
+        boundSphere(stored.positions, patch);
+        boundNormals(stored.positions, patch);
     }
 
 private:
+    void measureErrors(const PatchChart& chart, const PatchLevels& stored, std::size_t p, LodAsset& asset) const
+    {
+        std::vector<Vector3d> reference(chart.positions.size());
+        for (std::size_t v = 0; v < reference.size(); ++v) { reference[v] = _frame.toAsset(chart.positions[v]); }
+        const std::vector<LevelVectors> vectors = _errors.measure(stored, reference);
+        for (std::size_t level = 0; level < vectors.size(); ++level) {
+            const double offset = vectors[level].betweenSamples + chart.chartError * _frame.scale();
+            LevelError& error = asset.levels[level].errors[p];
+            error.isotropic = fitIsotropic(vectors[level].drawn, offset);
+            error.quadratic = fitQuadratic(vectors[level].drawn, offset).error;
+        }
+    }
+
     static float roundUp(double value)
     {
         return std::nextafter(static_cast<float>(value), std::numeric_limits<float>::infinity());
@@ -197,7 +206,7 @@ private:
     }
 
     const LatticeFrame& _frame;
-    std::vector<DifferenceVectors> _differences;
+    LevelErrors _errors;
     std::vector<TessellationPattern> _patterns;
 };
 

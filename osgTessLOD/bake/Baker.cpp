@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <utility>
 
 namespace osgTessLOD::bake {
@@ -62,6 +63,31 @@ std::vector<std::uint16_t> powerOfTwoLadder(unsigned maxFactor)
     return ladder;
 }
 
+std::vector<std::uint16_t> ladderOf(const BakeOptions& options)
+{
+    std::vector<std::uint16_t> powersOfTwo = powerOfTwoLadder(options.maxFactor);
+    const auto& ladder = options.ladder;
+    if (ladder.empty()) { return powersOfTwo; }
+    const auto isBad = [](std::uint16_t factor) { return factor != 1 && (factor == 0 || factor % 2 != 0); };
+    if (std::any_of(ladder.begin(), ladder.end(), isBad) || ladder.size() > LodAsset::kMaxLevels ||
+        std::adjacent_find(ladder.begin(), ladder.end(), std::greater_equal<>()) != ladder.end()) {
+        throw AssetError("the factors of levels must be 1 or even, rising, and at most " + std::to_string(LodAsset::kMaxLevels));
+    }
+    if (ladder.back() != options.maxFactor) { throw AssetError("the last level's factor must be the largest factor"); }
+    if (options.technique == "uniform" && ladder != powersOfTwo) {
+        throw AssetError("levels of the technique uniform are the powers of two");
+    }
+    return ladder;
+}
+
+void checkTechnique(const BakeOptions& options)
+{
+    const auto& names = techniqueNames();
+    if (std::find(names.begin(), names.end(), options.technique) == names.end()) {
+        throw AssetError("there is no technique " + options.technique);
+    }
+}
+
 std::unique_ptr<RefinedPatches> makeMeshPatches(const std::string& path, const BakeOptions& options, Progress& progress,
                                                 BakeReport& report)
 {
@@ -102,47 +128,66 @@ void summarizeLevels(const LodAsset& asset, BakeReport& report)
 
 } // namespace
 
+const std::vector<std::string>& techniqueNames()
+{
+    static const std::vector<std::string> names{"uniform", "strips"};
+    return names;
+}
+
+PatchedSurface makeLevels(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    checkTechnique(options);
+    const std::vector<std::uint16_t> ladder = ladderOf(options);
+    PatchedSurface surface;
+    const RefinedPatches* mesh = nullptr;
+    if (source.rfind(kBuiltinPrefix, 0) == 0) {
+        surface.map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
+    } else {
+        auto meshPatches = makeMeshPatches(source, options, progress, report);
+        mesh = meshPatches.get();
+        surface.map = std::move(meshPatches);
+    }
+    report.isMesh = mesh != nullptr;
+    surface.charts = timed(report, "charts",
+                           [&] { return makeCharts(*surface.map, kReferenceOversampling * options.maxFactor, progress); });
+    if (mesh != nullptr) {
+        timed(report, "chart distance", [&] {
+            measureChartErrors(mesh->base().source(), mesh->patchOfSourceVertex(), surface.charts, progress);
+        });
+    }
+    surface.hierarchy = timed(report, "levels", [&] {
+        const PatchTopology& topology = surface.map->topology();
+        return options.technique == "strips"
+                   ? makeStripLevels(topology, surface.charts, ladder, options.strips, progress)
+                   : makeUniformLevels(topology, surface.charts, ladder, progress);
+    });
+    return surface;
+}
+
 LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
     const auto start = std::chrono::steady_clock::now();
     const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                       options.threads != 0 ? options.threads
                                                            : static_cast<std::size_t>(tbb::info::default_concurrency()));
-    const std::vector<std::uint16_t> ladder = powerOfTwoLadder(options.maxFactor);
-    const unsigned chartFactor = kReferenceOversampling * options.maxFactor;
-
-    std::unique_ptr<PatchMap> map;
-    const RefinedPatches* mesh = nullptr;
-    if (source.rfind(kBuiltinPrefix, 0) == 0) {
-        map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
-    } else {
-        auto meshPatches = makeMeshPatches(source, options, progress, report);
-        mesh = meshPatches.get();
-        map = std::move(meshPatches);
-    }
-    ChartSet charts = timed(report, "charts", [&] { return makeCharts(*map, chartFactor, progress); });
-    if (mesh != nullptr) {
-        timed(report, "chart distance", [&] {
-            measureChartErrors(mesh->base().source(), mesh->patchOfSourceVertex(), charts, progress);
-        });
-    }
-    const LevelHierarchy hierarchy =
-        timed(report, "levels", [&] { return makeUniformLevels(map->topology(), charts, ladder, progress); });
-    LodAsset asset = timed(report, "errors", [&] { return assembleAsset(*map, charts, hierarchy, progress); });
-    asset.technique = "uniform";
+    PatchedSurface surface = makeLevels(source, options, progress, report);
+    LodAsset asset = timed(report, "errors", [&] {
+        return assembleAsset(*surface.map, surface.charts, surface.hierarchy, progress);
+    });
+    asset.technique = options.technique;
     asset.source = source.substr(source.find_last_of('/') + 1);
-    asset.sourceTriangles = map->sourceTriangles();
+    asset.sourceTriangles = surface.map->sourceTriangles();
     if (options.normals) {
-        asset.normals =
-            timed(report, "normals", [&] { return bakeNormals(map->topology(), charts, chartFactor, progress); });
+        asset.normals = timed(report, "normals", [&] {
+            return bakeNormals(surface.map->topology(), surface.charts, surface.charts.factor, progress);
+        });
     }
     timed(report, "validate", [&] { asset.validate(); });
 
     report.source = source;
     report.sourceTriangles = asset.sourceTriangles;
-    report.isMesh = mesh != nullptr;
     report.patches = asset.patches.size();
-    report.diagonal = map->frame().scale;
+    report.diagonal = surface.map->frame().scale;
     summarizeLevels(asset, report);
     report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     report.peakBytes = peakResidentBytes();

@@ -4,11 +4,17 @@
 #include <osgTessLOD/Export.h>
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/bake/ControlMesh.h>
+#include <osgTessLOD/bake/LevelHierarchy.h>
+#include <osgTessLOD/bake/PatchChart.h>
+#include <osgTessLOD/bake/PatchMap.h>
 #include <osgTessLOD/bake/Progress.h>
 #include <osgTessLOD/bake/SourceMesh.h>
+#include <osgTessLOD/bake/StripSimplifier.h>
 
 #include <cstdint>
 #include <memory>
+#include <string>
+#include <vector>
 #include <string>
 #include <vector>
 
@@ -21,9 +27,16 @@ struct BakeOptions {
     /// Patches of a mesh are bisected until their finest level is estimated to be this near, in units of the model's size.
     double patchTolerance = 0.0007;
     std::uint64_t builtinTriangles = 0;     ///< for builtin sources; 0: their own size
+    std::string technique = "uniform";      ///< how levels are made: one of techniqueNames()
+    StripOptions strips;                    ///< for technique "strips"
+    /// Rising factors of the levels, 1 or even, the last one maxFactor; empty: powers of two. `strips` only.
+    std::vector<std::uint16_t> ladder;
     bool normals = true;
     unsigned threads = 0;                   ///< 0: all processors; the result does not depend on it
 };
+
+/// The techniques by which levels can be made.
+OSGTESSLOD_EXPORT const std::vector<std::string>& techniqueNames();
 
 /// What a bake did and took.
 struct BakeReport {
@@ -52,6 +65,17 @@ struct BakeReport {
 
     OSGTESSLOD_EXPORT std::string toJson() const;
 };
+
+/// A surface in patches, with the reference and the levels of each: all that an asset is put together from.
+struct PatchedSurface {
+    std::unique_ptr<PatchMap> map;
+    ChartSet charts;
+    LevelHierarchy hierarchy;
+};
+
+/// The first part of bakeSource: all but errors, lattice and normals. Adds to the report what it did.
+OSGTESSLOD_EXPORT PatchedSurface makeLevels(const std::string& source, const BakeOptions& options, Progress& progress,
+                                            BakeReport& report);
 
 /// Bakes `source`: a mesh file's path, or "builtin:NAME". Throws AssetError for bad input, Interrupted as `progress` asks.
 OSGTESSLOD_EXPORT LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress,

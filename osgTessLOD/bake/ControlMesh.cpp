@@ -97,7 +97,8 @@ BisectionForest ControlMesh::bisectPatches(Progress& progress) const
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t v) {
         points[v] = toCollapsed(sourceVertex(static_cast<std::uint32_t>(v)));
     });
-    const auto surface = [this](std::uint32_t patch, const Eigen::Vector3d& barycentric) {
+    const auto surface = [&](std::uint32_t patch, const Eigen::Vector3d& barycentric) {
+        progress.step(0);
         return position(fromCollapsed({patch, barycentric}));
     };
     BisectionForest forest(_topology, surface, points, parametrizationLimits());

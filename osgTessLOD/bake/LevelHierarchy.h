@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/Export.h>
 #include <osgTessLOD/asset/ChartPoint.h>
+#include <osgTessLOD/bake/PatchTopology.h>
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -21,8 +23,13 @@ struct PatchLevels {
 
 /// The levels of all patches.
 struct LevelHierarchy {
-    std::vector<std::uint16_t> ladder;  ///< factors, rising
+    std::vector<std::uint16_t> ladder; ///< factors, rising
     std::vector<PatchLevels> patches;
 };
+
+/// Parents of factor 2, whose positions are `factorTwo`, in the single triangle: a border's middle goes to the first base
+/// vertex of its edge, the centre to the nearest corner.
+OSGTESSLOD_EXPORT std::vector<std::uint32_t> parentsInTriangle(const PatchTopology& topology, std::uint32_t patch,
+                                                               const std::vector<Eigen::Vector3d>& factorTwo);
 
 } // namespace osgTessLOD::bake

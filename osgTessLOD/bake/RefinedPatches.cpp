@@ -42,6 +42,7 @@ FacePoint RefinedPatches::Round::from(const FacePoint& before) const
 
 FacePoint RefinedPatches::Round::to(const FacePoint& after) const
 {
+    if (isWhole[after.face] != 0) { return {leafOfPatch[after.face], after.barycentric}; }
     const FacePoint inPatch = even->fromEven(after);
     return cuts.toPatch({leafOfPatch[inPatch.face], inPatch.barycentric});
 }
@@ -112,6 +113,7 @@ std::vector<char> RefinedPatches::bisect(const std::vector<std::uint32_t>& rough
         patches.push_back(cuts.corners(n));
     }
     const BisectionForest::Surface ofLeaf = [&](std::uint32_t patch, const Vector3d& b) {
+        progress.step(0);
         return position(cuts.toPatch({leafOfPatch[patch], b}));
     };
     std::vector<FacePoint> points;
@@ -131,7 +133,7 @@ std::vector<char> RefinedPatches::bisect(const std::vector<std::uint32_t>& rough
     tbb::parallel_for(std::size_t{0}, sourceVertices.size(), [&](std::size_t v) {
         sourceVertices[v] = even->toEven(sourceVertices[v]);
     });
-    _rounds.push_back({std::move(cuts), std::move(leafOfPatch), std::move(patchOfLeaf), std::move(even)});
+    _rounds.push_back({std::move(cuts), std::move(leafOfPatch), std::move(patchOfLeaf), isWhole, std::move(even)});
     _topology = std::move(topology);
     return isWhole;
 }

@@ -24,7 +24,7 @@ public:
     /// are kMostGrowth times as many patches and kAlwaysAllowed. After kEvenRounds, every other round leaves the pieces their parameters.
     RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned factor, double tolerance, Progress& progress);
 
-    static constexpr unsigned kMostRounds = 12;
+    static constexpr unsigned kMostRounds = 20;
     static constexpr unsigned kEvenRounds = 4;
     static constexpr std::size_t kMostGrowth = 4;
     static constexpr std::size_t kAlwaysAllowed = 256;
@@ -46,6 +46,7 @@ private:
         BisectionForest cuts;
         std::vector<std::uint32_t> leafOfPatch;
         std::vector<std::uint32_t> patchOfLeaf;  ///< by node
+        std::vector<char> isWhole;               ///< per patch: the same as before
         std::unique_ptr<StretchMap> even;
 
         FacePoint from(const FacePoint& before) const;

@@ -105,33 +105,11 @@ void coarsenBorders(const PatchTopology& topology, unsigned fine, unsigned coars
     });
 }
 
-/// Parents of factor 2 in the single triangle: a border's middle goes to the first base vertex of its edge, the centre to
-/// the nearest corner.
-void linkToTriangle(const PatchTopology& topology, std::uint32_t patch, PatchLevels& levels)
-{
-    const Positions& fine = levels.positions[1];
-    auto& parents = levels.parents[1];
-    parents.assign(TessellationPattern::vertexCount(2), 0);
-    for (unsigned side = 0; side < 3; ++side) {
-        parents[2 * side] = side;
-        const PatchTopology::Edge& edge = topology.edges[topology.patchEdges[patch][side]];
-        const bool forward = edge.patches[0] == patch && edge.sides[0] == side;
-        parents[2 * side + 1] = forward ? side : (side + 1) % 3;
-    }
-    const Vector3d& center = fine[6];
-    const auto distance = [&](unsigned corner) { return (levels.positions[0][corner] - center).squaredNorm(); };
-    std::uint32_t nearest = 0;
-    for (std::uint32_t corner = 1; corner < 3; ++corner) {
-        if (distance(corner) < distance(nearest)) { nearest = corner; }
-    }
-    parents[6] = nearest;
-}
-
 void linkLevels(const PatchTopology& topology, const std::vector<std::uint16_t>& ladder, std::uint32_t patch,
                 const std::vector<std::vector<std::uint32_t>>& ancestors, PatchLevels& levels)
 {
     levels.parents.resize(ladder.size());
-    if (ladder.size() > 1) { linkToTriangle(topology, patch, levels); }
+    if (ladder.size() > 1) { levels.parents[1] = parentsInTriangle(topology, patch, levels.positions[1]); }
     for (std::size_t level = 2; level < ladder.size(); ++level) { levels.parents[level] = ancestors[level]; }
 }
 

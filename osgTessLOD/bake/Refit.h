@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/ChartPoint.h>
+#include <osgTessLOD/bake/PatchChart.h>
+#include <osgTessLOD/bake/PatchTopology.h>
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace osgTessLOD::bake {
+
+/// How a level is refitted.
+struct RefitOptions {
+    bool moveCorners = false;   ///< the patches' corners, too: for the finest level only, as all levels share them
+    double leastWeight = 0.02;  ///< γ of eq. 4.8
+    unsigned mostPasses = 10;   ///< of re-weighting; it ends by itself after a few
+    double tolerance = 1e-9;    ///< of the linear solver's residual, relative
+};
+
+/// What a refit came to.
+struct RefitResult {
+    unsigned passes = 0;        ///< that were kept; 0: nothing was better than what was given
+    double errorBefore = 0.0;   ///< E(d), mean over directions and patches
+    double errorAfter = 0.0;
+};
+
+/// Moves the vertices of one level of all patches to where the mean of E over all directions is smaller: iteratively
+/// re-weighted least squares of the difference vectors at all samples of the overlays (Lambert §4.7, Algorithm 4). Vertices
+/// that patches share are one unknown, and bit-identical afterwards. Each vector's weight is relative to the longest of its
+/// own patch, not of the mesh: every patch is selected by its own error, and where the whole patch is good, the mesh's
+/// longest vector elsewhere would make all weights equal.
+///
+/// `parameters`: one entry per patch, where its vertices are in the chart, equal from both sides of a border; an empty
+/// entry: where the pattern of `factor` has them. `positions`: one entry per patch, in and out. Parallel over patches;
+/// the result does not depend on the number of threads.
+OSGTESSLOD_EXPORT RefitResult refit(const PatchTopology& topology, const ChartSet& charts, unsigned factor,
+                                    const std::vector<std::vector<ChartPoint>>& parameters, const RefitOptions& options,
+                                    std::vector<std::vector<Eigen::Vector3d>>& positions);
+
+} // namespace osgTessLOD::bake
