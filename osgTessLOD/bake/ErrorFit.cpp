@@ -28,16 +28,14 @@ constexpr double kFitTolerance = 1e-7;
 /// Least certificate: what symmetricHull may leave out, and the rounding of the certificate itself.
 constexpr double kLeastCertificate = 10.0 * kSymmetricHullTolerance;
 
-/// The directions of the least squares problem with all that is the same for every set of vectors.
+/// The directions of the least squares problem: the same for every set of vectors.
 struct FitDirections {
     Directions directions = sphericalFibonacci(kFitDirections);
-    Rows rows;        ///< rows · coefficients = dᵀXd
-    Matrix6d hessian; ///< mean of rowᵀ row
+    Rows rows; ///< rows · coefficients = dᵀXd
     FitDirections()
         : rows(kFitDirections, 6)
     {
         for (Eigen::Index i = 0; i < kFitDirections; ++i) { rows.row(i) = quadraticRow(directions.row(i)); }
-        hessian = rows.transpose() * rows / static_cast<double>(kFitDirections);
     }
 };
 
@@ -89,6 +87,29 @@ Matrix3d matrixOf(const ViewError& error)
     SymmetricCoefficients q;
     for (std::size_t k = 0; k < 6; ++k) { q[static_cast<Eigen::Index>(k)] = static_cast<double>(error.q[k]); }
     return bake::matrixOf(q);
+}
+
+/// Least squares above all bounds. The first pass is eq. 2.10. The others weight its directions by 1 / (Ẽ + E)², which makes
+/// differences of squares into differences of errors, and by the overestimation of the pass before, which brings the largest
+/// down (as C. L. Lawson's algorithm for minimax approximation does, 1961).
+SemidefiniteFit fitReweighted(const ArrayXd& errors, const std::vector<Matrix3d>& lower)
+{
+    constexpr unsigned kPasses = 4;
+    constexpr double kSmallExcess = 1e-3;
+    constexpr double kLeastWeight = 0.02;
+    const Rows& rows = fitDirections().rows;
+    ArrayXd weights = ArrayXd::Constant(kFitDirections, 1.0 / static_cast<double>(kFitDirections));
+    SemidefiniteFit fit;
+    for (unsigned pass = 0;; ++pass) {
+        const Rows weighted = weights.matrix().asDiagonal() * rows;
+        fit = fitAbove(rows.transpose() * weighted, weighted.transpose() * errors.square().matrix(), lower, kFitTolerance);
+        if (pass + 1 == kPasses) { return fit; }
+        const ArrayXd fitted = (rows * coefficientsOf(fit.x)).array().max(0.0).sqrt();
+        const ArrayXd excess = (fitted - errors).max(0.0);
+        if (!(excess.maxCoeff() > kSmallExcess)) { return fit; }
+        weights = (kLeastWeight + excess / excess.maxCoeff()) / (kLeastWeight + fitted + errors).square();
+        weights /= weights.sum();
+    }
 }
 
 /// Rounds scale² Q to single precision, raised by as much as keeps it above all bounds.
@@ -238,12 +259,9 @@ QuadraticFit fitQuadratic(const std::vector<Vector3d>& vectors, double offset)
     if (!(set.scale > std::sqrt(std::numeric_limits<double>::min()))) { // its square vanishes
         return {ViewError::isotropic(set.scale > 0.0 ? std::sqrt(std::numeric_limits<float>::min()) : 0.0F), 0.0, 0};
     }
-    const FitDirections& fitted = fitDirections();
     const std::vector<Matrix3d> lower = lowerBounds(set);
-    const ArrayXd target = (squaredErrors(set.hull, fitted.directions).max(0.0).sqrt() + set.offset).square();
-    const SymmetricCoefficients gradient =
-        fitted.rows.transpose() * target.matrix() / static_cast<double>(kFitDirections);
-    const SemidefiniteFit solution = fitAbove(fitted.hessian, gradient, lower, kFitTolerance);
+    const ArrayXd errors = squaredErrors(set.hull, fitDirections().directions).max(0.0).sqrt() + set.offset;
+    const SemidefiniteFit solution = fitReweighted(errors, lower);
     const double missing = std::max(0.0, -solution.margin);
     QuadraticFit fit = roundToSingle(solution.x + missing * Matrix3d::Identity(), lower, set.scale);
     fit.cuts = solution.cuts;

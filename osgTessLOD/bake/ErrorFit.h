@@ -30,11 +30,11 @@ struct QuadraticFit {
     /// The smallest eigenvalue of any Q − Aₖ, with Q as `error` holds it in single precision, over the largest Ẽ_iso²:
     /// positive means that no direction at all is underestimated.
     double certificate = 0.0;
-    unsigned cuts = 0; ///< directions that had to be asked for
+    unsigned cuts = 0; ///< directions that had to be asked for, last time
 };
 
-/// The default: least squares of Ẽ² − E² over all directions (eq. 2.10) such that Ẽ(d) ≥ E(d) + offset for all of them,
-/// not for samples: with Aₖ = |vₖ|²I − vₖvₖᵀ, which gives dᵀAₖd = |vₖ × d|², that is Q − Aₖ positive semidefinite for
+/// The default: least squares of Ẽ² − E² over all directions (eq. 2.10), re-weighted a few times so that Ẽ − E is small, also
+/// at its largest, such that Ẽ(d) ≥ E(d) + offset for all directions, not for samples: with Aₖ = |vₖ|²I − vₖvₖᵀ, which gives dᵀAₖd = |vₖ × d|², that is Q − Aₖ positive semidefinite for
 /// each vector. With an offset c ≥ 0, an error of unknown direction on top of the vectors, (√(dᵀAₖd) + c)² is bounded by
 /// the quadratic (1 + t)Aₖ + (1 + 1/t)c²I, t = c / |vₖ|, which is exact where |vₖ × d| = |vₖ|.
 OSGTESSLOD_EXPORT QuadraticFit fitQuadratic(const std::vector<Eigen::Vector3d>& vectors, double offset = 0.0);

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <memory>
 #include <random>
+#include <string>
 
 namespace osgTessLOD::bake {
 namespace {
@@ -30,16 +31,26 @@ struct Surface {
     LevelHierarchy hierarchy;
 };
 
+Surface makeSurface(const std::string& name)
+{
+    Progress progress;
+    Surface s;
+    s.map = makeBuiltinSurface(name, 5000);
+    s.charts = makeCharts(*s.map, kChartFactor, progress);
+    s.hierarchy = makeUniformLevels(s.map->topology(), s.charts, kLadder, progress);
+    return s;
+}
+
 const Surface& asteroid()
 {
-    static const Surface surface = [] {
-        Progress progress;
-        Surface s;
-        s.map = makeBuiltinSurface("asteroid", 5000);
-        s.charts = makeCharts(*s.map, kChartFactor, progress);
-        s.hierarchy = makeUniformLevels(s.map->topology(), s.charts, kLadder, progress);
-        return s;
-    }();
+    static const Surface surface = makeSurface("asteroid");
+    return surface;
+}
+
+/// Steep steps: its morphs are further from the charts than its levels.
+const Surface& bricks()
+{
+    static const Surface surface = makeSurface("bricks");
     return surface;
 }
 
@@ -135,12 +146,33 @@ TEST(LevelErrors, ParametersOfThePatternMakeNoDifference)
 TEST(LevelErrors, CoarseLevelsCoverFinerOnes)
 {
     const LevelErrors errors(kLadder, kChartFactor);
-    for (const std::size_t p : {0U, 7U}) {
-        const auto levels = errors.measure(asteroid().hierarchy.patches[p], asteroid().charts.charts[p].positions);
+    for (std::size_t p = 0; p < bricks().hierarchy.patches.size(); ++p) {
+        const auto levels = errors.measure(bricks().hierarchy.patches[p], bricks().charts.charts[p].positions);
         for (std::size_t level = 0; level + 1 < levels.size(); ++level) {
             EXPECT_GE((errorsOf(levels[level].drawn) - errorsOf(levels[level + 1].drawn)).minCoeff(), -1e-12);
             EXPECT_GE((errorsOf(levels[level].drawn) - errorsOf(levels[level].bare)).minCoeff(), -1e-12);
             EXPECT_GE(levels[level].betweenSamples, levels[level + 1].betweenSamples);
+        }
+    }
+}
+
+TEST(LevelErrors, MorphsAreCoveredExactly)
+{
+    const LevelErrors errors(kLadder, kChartFactor);
+    const Triangulation chartTopology = Triangulation::ofPattern(kChartFactor);
+    const std::vector<ChartPoint> chartPoints = patternPoints(kChartFactor);
+    for (std::size_t p = 0; p < bricks().hierarchy.patches.size(); ++p) {
+        const PatchLevels& levels = bricks().hierarchy.patches[p];
+        const Vectors& chart = bricks().charts.charts[p].positions;
+        const auto measured = errors.measure(levels, chart);
+        for (double at = 0.25; at < 3.0; at += 0.25) {
+            const MorphedPatch patch = morphPatch(levels, kLadder, places(), at, at);
+            const Triangulation topology = Triangulation::ofPattern(kLadder[static_cast<std::size_t>(std::ceil(at))]);
+            Vectors vectors;
+            DifferenceVectors({topology, patch.points}, {chartTopology, chartPoints})
+                .evaluate(chart, patch.positions, vectors);
+            const Vectors& drawn = measured[static_cast<std::size_t>(at)].drawn;
+            EXPECT_GE((errorsOf(drawn) - errorsOf(vectors)).minCoeff(), -1e-9) << "patch " << p << " at " << at;
         }
     }
 }
@@ -151,9 +183,11 @@ TEST(LevelErrors, WhatIsDrawnIsCoveredBetweenTheSamplesToo)
     const Triangulation chartTopology = Triangulation::ofPattern(kChartFactor);
     const std::vector<ChartPoint> chartPoints = patternPoints(kChartFactor);
     const Directions directions = sphericalFibonacci(500);
-    for (const std::size_t p : {1U, 2U, 11U}) {
-        const PatchLevels& levels = asteroid().hierarchy.patches[p];
-        const Vectors& chart = asteroid().charts.charts[p].positions;
+    for (const std::size_t trial : {0U, 1U, 2U, 3U, 4U, 5U, 6U, 7U}) {
+        const Surface& surface = trial < 2 ? asteroid() : bricks();
+        const std::size_t p = 3 * trial;
+        const PatchLevels& levels = surface.hierarchy.patches[p];
+        const Vectors& chart = surface.charts.charts[p].positions;
         const auto measured = errors.measure(levels, chart);
         std::vector<ArrayXd> fitted;
         for (const LevelVectors& level : measured) {
@@ -181,21 +215,29 @@ TEST(MorphedLevels, AreWhatIsDrawn)
 {
     Progress progress;
     const Surface& s = asteroid();
-    const LodAsset asset = assembleAsset(*s.map, s.charts, s.hierarchy, progress);
+    LevelHierarchy hierarchy = s.hierarchy;
+    for (PatchLevels& patch : hierarchy.patches) { // of the uniform levels no inner vertex goes to the border
+        patch.parents[2][12] = 3;
+        patch.parents[3][24] = 5;
+    }
+    const LodAsset asset = assembleAsset(*s.map, s.charts, hierarchy, progress);
     const MorphedSurface surface(asset);
     const float allowed = 4.0F * asset.lattice.step + 1e-6F * static_cast<float>(s.map->frame().scale);
     for (const std::uint32_t p : {0U, 4U, 13U}) {
         for (const float inside : {0.0F, 0.3F, 1.0F, 1.75F, 2.5F, 3.0F}) {
             for (const float border : {0.0F, 0.5F, 1.0F, 1.25F, 2.0F, 2.5F, 3.0F}) {
                 if (border > inside) { continue; }
-                const MorphedPatch patch = morphPatch(s.hierarchy.patches[p], kLadder, places(), inside, border);
+                const MorphedPatch patch = morphPatch(hierarchy.patches[p], kLadder, places(), inside, border);
                 // One side holds the patch at its level; the others are as in the twin.
                 const std::array<float, 3> edgeLevels{inside, border, border};
                 const unsigned level = MorphedSurface::drawnLevel(edgeLevels);
                 ASSERT_EQ(patch.positions.size(), TessellationPattern::vertexCount(kLadder[level]));
                 for (std::uint32_t v = 0; v < patch.positions.size(); ++v) {
-                    const bool rim = TessellationPattern::place(kLadder[level], v).ring + 2 > kLadder[level] / 2U;
-                    if (border < inside && (v < kLadder[level] || (v >= 3U * kLadder[level] && rim))) { continue; }
+                    // Of side 0, or moved towards it.
+                    const auto& parents = hierarchy.patches[p].parents[level];
+                    const bool inner = v >= 3U * kLadder[level];
+                    const bool ofSide = inner ? level > 0 && parents[v] < kLadder[level - 1] : v < kLadder[level];
+                    if (border < inside && ofSide) { continue; }
                     const auto drawn = surface.tessLodSurfacePoint(p, edgeLevels, v);
                     const Vector3d expected = s.map->frame().center + s.map->frame().scale * patch.positions[v];
                     for (std::size_t k = 0; k < 3; ++k) {

@@ -402,5 +402,19 @@ TEST(ParameterOverlay, TakesTrianglesThatAreTurnedOverOrDegenerate)
     EXPECT_GT(count({{0, 1, 2}, {0, 3, 1}}), chart.points.size() + 10);
 }
 
+TEST(ParameterOverlay, FindsAVertexWhoseEdgesAllLeaveThroughCorners)
+{
+    // The chart's three spokes from its centre pass through the level's corners: no edges cross.
+    const ChartPoint center{kUnits / 3, kUnits / 3};
+    const Mesh chart{{{0, 0}, {kUnits, 0}, {0, kUnits}, center}, {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
+    Mesh level{{}, {{0, 1, 2}}};
+    for (unsigned k = 0; k < 3; ++k) {
+        level.points.push_back({(chart.points[k].u + center.u) / 2, (chart.points[k].v + center.v) / 2});
+    }
+    const Triangulation levelTopology = level.topology();
+    const Triangulation chartTopology = chart.topology();
+    EXPECT_EQ(overlay({levelTopology, level.points}, {chartTopology, chart.points}).size(), 4U);
+}
+
 } // namespace
 } // namespace osgTessLOD::bake

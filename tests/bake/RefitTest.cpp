@@ -165,6 +165,18 @@ TEST(Refit, MovesCornersWhereAllowedAndStillTogether)
     expectSharedVerticesAgree(moving);
 }
 
+TEST(Refit, WeightsLowerTheErrorFurther)
+{
+    RefitOptions onlyLeastSquares;
+    onlyLeastSquares.mostPasses = 1;
+    Level plain = uniformLevel("asteroid", 2);
+    Level weighted = uniformLevel("asteroid", 2);
+    const double leastSquares = plain.refitted(onlyLeastSquares).errorAfter;
+    const RefitResult result = weighted.refitted();
+    EXPECT_GE(result.passes, 2U);
+    EXPECT_LT(result.errorAfter, 0.99 * leastSquares);
+}
+
 TEST(Refit, DoesNotDependOnTheNumberOfThreads)
 {
     std::vector<std::vector<Positions>> results;
