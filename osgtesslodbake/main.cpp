@@ -58,7 +58,7 @@ void declareArguments(CLI::App& app, Arguments& arguments)
         ->capture_default_str()
         ->check(CLI::IsMember(bake::techniqueNames()));
     app.add_option("--ladder", arguments.bake.ladder,
-                   "factors of the levels, such as 1,2,4,6,8,12,16: rising, 1 or even, the last --max-factor; without: "
+                   "factors of the levels, such as 1,2,4,6,8,12,16: rising, 1 and even ones, the last --max-factor; without: "
                    "powers of two. Technique strips only")
         ->delimiter(',');
     app.add_option("--threads", arguments.bake.threads, "threads to use; 0: all processors")->capture_default_str();

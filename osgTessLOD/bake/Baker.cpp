@@ -69,9 +69,9 @@ std::vector<std::uint16_t> ladderOf(const BakeOptions& options)
     const auto& ladder = options.ladder;
     if (ladder.empty()) { return powersOfTwo; }
     const auto isBad = [](std::uint16_t factor) { return factor != 1 && (factor == 0 || factor % 2 != 0); };
-    if (std::any_of(ladder.begin(), ladder.end(), isBad) || ladder.size() > LodAsset::kMaxLevels ||
+    if (ladder.front() != 1 || std::any_of(ladder.begin(), ladder.end(), isBad) || ladder.size() > LodAsset::kMaxLevels ||
         std::adjacent_find(ladder.begin(), ladder.end(), std::greater_equal<>()) != ladder.end()) {
-        throw AssetError("the factors of levels must be 1 or even, rising, and at most " + std::to_string(LodAsset::kMaxLevels));
+        throw AssetError("the factors of levels must be 1 and even ones, rising, and at most " + std::to_string(LodAsset::kMaxLevels));
     }
     if (ladder.back() != options.maxFactor) { throw AssetError("the last level's factor must be the largest factor"); }
     if (options.technique == "uniform" && ladder != powersOfTwo) {

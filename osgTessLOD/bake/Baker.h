@@ -29,7 +29,7 @@ struct BakeOptions {
     std::uint64_t builtinTriangles = 0;     ///< for builtin sources; 0: their own size
     std::string technique = "uniform";      ///< how levels are made: one of techniqueNames()
     StripOptions strips;                    ///< for technique "strips"
-    /// Rising factors of the levels, 1 or even, the last one maxFactor; empty: powers of two. `strips` only.
+    /// Rising factors of the levels, 1 and even ones, the last one maxFactor; empty: powers of two. `strips` only.
     std::vector<std::uint16_t> ladder;
     bool normals = true;
     unsigned threads = 0;                   ///< 0: all processors; the result does not depend on it

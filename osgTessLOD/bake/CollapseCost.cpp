@@ -50,19 +50,32 @@ struct MergedTriangle {
 
 /// The triangles of one part of a star after merging. They cover what those before did.
 struct MergedPart {
+    MergedPart(const CollapseStar& star, unsigned part, const Vector3d& mergedPosition, ChartPoint parameter)
+        : center(parameter.u, parameter.v)
+        , position(mergedPosition)
+    {
+        const auto chart = [&](const CollapseStar::Vertex& v) { return Vector2d(v.parameter.u, v.parameter.v); };
+        for (const CollapseStar::Triangle& t : star.triangles) {
+            if (t.part != part || !t.survives) { continue; }
+            const CollapseStar::Vertex &a = star.vertices[t.vertices[1]], &b = star.vertices[t.vertices[2]];
+            triangles.push_back({chart(a) - center, chart(b) - center, a.position - position, b.position - position});
+        }
+    }
+
     Vector2d center;
     Vector3d position;
     FixedList<MergedTriangle, CollapseStar::kMostTriangles> triangles;
 
-    /// Displacement of the surface from the merged vertex at a chart point relative to it; `guess` is the triangle that
-    /// probably has it.
-    Vector3d at(const Vector2d& p, std::size_t guess) const
+    /// The surface at a chart point relative to the merged vertex, and the merged vertex' weight there; `guess` is the
+    /// triangle that probably has the point.
+    Vector3d at(const Vector2d& p, std::size_t guess, double& weight) const
     {
-        std::size_t best = guess;
-        if (guess >= triangles.size() || !triangles[guess].contains(p)) { best = find(p); }
-        const MergedTriangle& t = triangles[best];
+        const bool isGuess = guess < triangles.size() && triangles[guess].contains(p);
+        const MergedTriangle& t = triangles[isGuess ? guess : find(p)];
         const double area = t.e1.x() * t.e2.y() - t.e1.y() * t.e2.x();
-        return (t.beforeSecond(p) * t.d1 + t.beyondFirst(p) * t.d2) / area;
+        const double first = t.beforeSecond(p) / area, second = t.beyondFirst(p) / area;
+        weight = 1.0 - first - second;
+        return position + first * t.d1 + second * t.d2;
     }
 
     std::size_t find(const Vector2d& p) const
@@ -117,6 +130,19 @@ double DirectionalErrors::meanExcess(const DirectionalErrors& other) const
     }
     return sum / static_cast<double>(kDirections);
 }
+
+/// Difference vectors around a vertex, to be made small by moving it: Σ |v + w·move|² is least for move = −Σ w v / Σ w².
+struct CollapseCost::Fit {
+    Vector3d moment = Vector3d::Zero();
+    double weights = 0.0;
+
+    void add(const Vector3d& v, double weight)
+    {
+        moment += weight * v;
+        weights += weight * weight;
+    }
+    Vector3d move() const { return weights > 0.0 ? Vector3d(moment / -weights) : Vector3d::Zero(); }
+};
 
 struct CollapseCost::PatchState {
     std::vector<std::uint16_t> triangleOf; ///< per chart vertex, lattice triangle index
@@ -248,46 +274,93 @@ void CollapseCost::measure(std::uint32_t p)
     state.leastError = state.errors.least();
 }
 
-double CollapseCost::evaluate(const CollapseStar& star, const Placement& placement) const
+double CollapseCost::evaluate(const CollapseStar& star, const Placement& placement, bool fitted) const
 {
-    double cost = 0.0;
+    struct Weighted {
+        Vector3d v;
+        double weight;
+    };
+    static thread_local std::array<std::vector<Weighted>, 2> vectors;
+    Fit fit;
     for (unsigned part = 0; part < 2 && star.patches[part] != kNoPatch; ++part) {
         const std::uint32_t p = star.patches[part];
         const PatchState& state = _patches[p];
         const auto& chart = _charts.charts[p].positions;
-        const ChartPoint merged = part == 0 ? placement.parameter : star.inPart(part, placement.parameter);
-
-        MergedPart after;
-        after.center = exact(merged);
-        after.position = placement.position;
-        for (const CollapseStar::Triangle& t : star.triangles) {
-            if (t.part != part || !t.survives) { continue; }
-            const CollapseStar::Vertex &a = star.vertices[t.vertices[1]], &b = star.vertices[t.vertices[2]];
-            after.triangles.push_back({exact(a.parameter) - after.center, exact(b.parameter) - after.center,
-                                       a.position - after.position, b.position - after.position});
-        }
-
-        DirectionalErrors raised;
-        bool isRaised = false;
-        const auto include = [&](const Vector3d& v) {
-            const Eigen::Vector3f single = v.cast<float>();
-            if (single.squaredNorm() <= state.leastError) { return; }
-            isRaised = true;
-            raised.include(single);
+        const ChartPoint parameter = part == 0 ? placement.parameter : star.inPart(part, placement.parameter);
+        const MergedPart merged(star, part, placement.position, parameter);
+        vectors[part].clear();
+        const auto add = [&](const Vector3d& v, double weight) {
+            vectors[part].push_back({v, weight});
+            fit.add(v, weight);
         };
-        include(placement.position - chartPosition(_chartPattern, _charts.charts[p], merged));
+        add(placement.position - chartPosition(_chartPattern, _charts.charts[p], parameter), 1.0);
         std::size_t guess = 0;
         for (const CollapseStar::Triangle& t : star.triangles) {
             if (t.part != part) { continue; }
             for (std::size_t i = state.start[t.index]; i < state.start[t.index + 1U]; ++i) {
                 const std::uint32_t v = state.inTriangle[i];
-                include(after.position + after.at(exact(_chartPoints[v]) - after.center, guess) - chart[v]);
+                double weight = 0.0;
+                const Vector3d at = merged.at(exact(_chartPoints[v]) - merged.center, guess, weight);
+                add(at - chart[v], weight);
             }
             guess += t.survives ? 1U : 0U;
+        }
+    }
+    const bool moves = fitted && star.kind != CollapseStar::Kind::Corner;
+    const Vector3d move = moves ? fit.move() : Vector3d::Zero();
+    double cost = 0.0;
+    for (unsigned part = 0; part < 2 && star.patches[part] != kNoPatch; ++part) {
+        const PatchState& state = _patches[star.patches[part]];
+        DirectionalErrors raised;
+        bool isRaised = false;
+        for (const Weighted& w : vectors[part]) {
+            const Eigen::Vector3f v = (w.v + w.weight * move).cast<float>();
+            if (v.squaredNorm() <= state.leastError) { continue; }
+            isRaised = true;
+            raised.include(v);
         }
         if (isRaised) { cost += state.errors.meanExcess(raised); }
     }
     return cost;
+}
+
+void CollapseCost::fitAround(StripMesh::Site vertex, Fit& fit) const
+{
+    const StripMesh::Patch& patch = _mesh.patch(vertex.patch);
+    const PatchState& state = _patches[vertex.patch];
+    const auto& chart = _charts.charts[vertex.patch].positions;
+    const Vector3d& position = _mesh.position(vertex);
+    const ChartPoint center = _mesh.parameter(vertex);
+    fit.add(position - chartPosition(_chartPattern, _charts.charts[vertex.patch], center), 1.0);
+    for (unsigned turn = 0; turn < 6; ++turn) {
+        const Point p = vertex.point + StripLattice::kNeighbours[turn];
+        const Point q = vertex.point + StripLattice::kNeighbours[(turn + 1) % 6];
+        if (!patch.lattice.contains(p) || !patch.lattice.contains(q)) { continue; }
+        const std::uint32_t a = patch.lattice.index(p), b = patch.lattice.index(q);
+        const Vector2d e1 = exact(patch.parameters[a]) - exact(center), e2 = exact(patch.parameters[b]) - exact(center);
+        const MergedTriangle t{e1, e2, patch.positions[a] - position, patch.positions[b] - position};
+        const double area = e1.x() * e2.y() - e1.y() * e2.x();
+        const std::uint32_t triangle = patch.lattice.triangle(vertex.point, turn);
+        for (std::size_t i = state.start[triangle]; i < state.start[triangle + 1U]; ++i) {
+            const std::uint32_t v = state.inTriangle[i];
+            const Vector2d at = exact(_chartPoints[v]) - exact(center);
+            const double first = t.beforeSecond(at) / area, second = t.beyondFirst(at) / area;
+            fit.add(position + first * t.d1 + second * t.d2 - chart[v], 1.0 - first - second);
+        }
+    }
+}
+
+Vector3d CollapseCost::fittedPosition(StripMesh::Site vertex) const
+{
+    Fit fit;
+    fitAround(vertex, fit);
+    unsigned step = 0;
+    const unsigned side = _mesh.patch(vertex.patch).lattice.sideOf(vertex.point, step);
+    if (side < 3) {
+        const StripMesh::Site twin = _mesh.twin(vertex.patch, side, step);
+        if (twin.patch != kNoPatch) { fitAround(twin, fit); }
+    }
+    return _mesh.position(vertex) + fit.move();
 }
 
 std::uint32_t CollapseCost::triangleOf(std::uint32_t patch, std::uint32_t chartVertex) const

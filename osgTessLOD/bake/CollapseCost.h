@@ -56,8 +56,13 @@ public:
     /// Takes the patch's current error, relocated, as what edges are compared with.
     void measure(std::uint32_t patch);
 
-    /// C_edge: summed over the patches that the star reaches into, which must be relocated and measured.
-    double evaluate(const CollapseStar& star, const Placement& placement) const;
+    /// C_edge: summed over the patches that the star reaches into, which must be relocated and measured. `fitted`: for the
+    /// merged vertex moved to where it fits the charts best.
+    double evaluate(const CollapseStar& star, const Placement& placement, bool fitted = false) const;
+
+    /// Where a vertex, no corner, should be for the difference vectors around it to have the least squares, nothing else
+    /// moving (one row of §4.7's equations). The patches that have it must be relocated.
+    Eigen::Vector3d fittedPosition(StripMesh::Site vertex) const;
 
     /// Triangle of the strip mesh that a chart vertex lies in, and the difference vector there.
     std::uint32_t triangleOf(std::uint32_t patch, std::uint32_t chartVertex) const;
@@ -67,7 +72,10 @@ public:
 private:
     struct PatchState;
 
+    struct Fit;
+
     std::uint32_t locate(std::uint32_t patch, ChartPoint point, std::uint32_t start) const;
+    void fitAround(StripMesh::Site vertex, Fit& fit) const;
 
     const StripMesh& _mesh;
     const ChartSet& _charts;

@@ -181,9 +181,6 @@ private:
     void contractFan(std::uint32_t f)
     {
         const CornerFan& fan = _fans[f];
-        if (_cost) {
-            tbb::parallel_for(std::size_t{0}, _reach[f].size(), [&](std::size_t i) { _cost->relocate(_reach[f][i]); });
-        }
         const StripGraph graph(_mesh, fan);
         const std::vector<unsigned> strip =
             _options.strips == StripOptions::Strips::Straight ? graph.straight() : cheapest(graph);
@@ -195,13 +192,32 @@ private:
             if (_cost) { _cost->contracted(patch, before, after); }
         }
         for (const std::uint32_t p : broken) { relayout(_mesh, p, _chartPattern, _charts.charts[p]); }
+        if (_cost) { relocate(_reach[f]); }
+        if (_cost && _options.refit) { fitMerged(graph, strip); }
         _contractions += strip.size();
         _relayouts += broken.size();
     }
 
-    static StripMesh::Site edgeStart(const StripMesh& mesh, const StripGraph::Layer& layer, unsigned index)
+    void relocate(const std::vector<std::uint32_t>& patches)
     {
-        return {layer.patch, mesh.patch(layer.patch).lattice.point(layer.corner, {layer.row, index})};
+        tbb::parallel_for(std::size_t{0}, patches.size(), [&](std::size_t i) { _cost->relocate(patches[i]); });
+    }
+
+    /// Moves the merged vertices of a contracted strip, one after the other, to where they fit the charts best: as C_edge
+    /// took them to be.
+    void fitMerged(const StripGraph& graph, const std::vector<unsigned>& strip)
+    {
+        for (std::size_t layer = 0; layer < strip.size(); ++layer) {
+            const StripMesh::Site vertex = edgeStart(graph.layers()[layer], strip[layer]);
+            if (_mesh.patch(vertex.patch).lattice.isCorner(vertex.point)) { continue; }
+            _mesh.place(vertex, _cost->fittedPosition(vertex), _mesh.parameter(vertex));
+        }
+    }
+
+    /// Where an edge starts: also, once the strip is contracted, where the merged vertex is.
+    StripMesh::Site edgeStart(const StripGraph::Layer& layer, unsigned index) const
+    {
+        return {layer.patch, _mesh.patch(layer.patch).lattice.point(layer.corner, {layer.row, index})};
     }
 
     std::vector<unsigned> cheapest(const StripGraph& graph) const
@@ -222,10 +238,10 @@ private:
 
     StripCost edgeCost(const StripGraph::Layer& layer, unsigned index) const
     {
-        const CollapseStar star = collapseStar(_mesh, edgeStart(_mesh, layer, index), layer.corner);
+        const CollapseStar star = collapseStar(_mesh, edgeStart(layer, index), layer.corner);
         const Placement placement = placeVertex(star, _options.placement);
         if (!placement.isValid) { return StripCost::forbidden(); }
-        return {_cost ? _cost->evaluate(star, placement) : 0.0, placement.residual};
+        return {_cost ? _cost->evaluate(star, placement, _options.refit) : 0.0, placement.residual};
     }
 
     /// Gives both ends of every edge of a strip their common place, one edge after the other. Returns the patches in which
@@ -235,7 +251,7 @@ private:
         std::vector<std::uint32_t> broken;
         for (std::size_t layer = 0; layer < strip.size(); ++layer) {
             const StripGraph::Layer& line = graph.layers()[layer];
-            const StripMesh::Site a = edgeStart(_mesh, line, strip[layer]);
+            const StripMesh::Site a = edgeStart(line, strip[layer]);
             const StripMesh::Site b{a.patch, a.point + StripLattice::direction(line.corner)};
             const CollapseStar star = collapseStar(_mesh, a, line.corner);
             Placement placement = placeVertex(star, _options.placement);

@@ -108,6 +108,43 @@ TEST(Baker, BakesABuiltin)
     EXPECT_EQ(asset.ladder.back(), 4U);
 }
 
+TEST(Baker, BakesStripsOfAMeshAndABuiltin)
+{
+    const TemporaryDirectory folder;
+    const std::string mesh = writeAsciiPly(folder, noisy(torus(48, 20), 0.004, 41));
+    for (const std::string& source : {mesh, std::string("builtin:glacier")}) {
+        BakeOptions options = smallOptions();
+        options.technique = "strips";
+        if (source == mesh) { options.ladder = {1, 2, 6, 8}; }
+        options.threads = 1;
+        const LodAsset asset = bake(source, options);
+        EXPECT_NO_THROW(asset.validate());
+        EXPECT_EQ(asset.technique, "strips");
+        EXPECT_EQ(asset.ladder, source == mesh ? options.ladder : (std::vector<std::uint16_t>{1, 2, 4, 8}));
+        for (const unsigned factor : asset.ladder) {
+            if (source == mesh) { EXPECT_EQ(openEdges(extractSurface(asset, factor)), 0U); }
+        }
+        options.threads = 2;
+        EXPECT_TRUE(bytesOf(bake(source, options)) == bytesOf(asset)) << source;
+    }
+}
+
+TEST(Baker, RefusesTechniquesAndLaddersThatAreNone)
+{
+    BakeOptions options = smallOptions();
+    options.technique = "magic";
+    EXPECT_THROW(bake("builtin:glacier", options), AssetError);
+    options.technique = "strips";
+    for (const std::vector<std::uint16_t>& ladder :
+         {std::vector<std::uint16_t>{1, 3, 8}, {0, 8}, {1, 4}, {1, 4, 2, 8}, {1, 2, 2, 8}, {2, 4, 8}, {1, 2, 4, 8, 16}}) {
+        options.ladder = ladder;
+        EXPECT_THROW(bake("builtin:glacier", options), AssetError);
+    }
+    options.technique = "uniform";
+    options.ladder = {1, 2, 6, 8};
+    EXPECT_THROW(bake("builtin:glacier", options), AssetError);
+}
+
 TEST(Baker, KeepsThePlaceAndSizeOfTheSource)
 {
     const TemporaryDirectory folder;
