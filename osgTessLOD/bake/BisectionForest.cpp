@@ -102,6 +102,18 @@ struct BisectionForest::Builder {
         return sum;
     }
 
+    /// The same between two points of leaf n, whose positions on the surface are those of the given vertices. Deep in the
+    /// tree the straight distance will do, which costs no evaluation.
+    double length(std::uint32_t n, const Eigen::Vector3d& a, std::uint32_t vertexOfA, const Eigen::Vector3d& b,
+                  std::uint32_t vertexOfB) const
+    {
+        if (forest._nodes[n].depth >= kStraightFrom) {
+            return (forest._vertices[vertexOfB] - forest._vertices[vertexOfA]).norm();
+        }
+        const FacePoint from = inPatch(n, a);
+        return arcLength(from.face, from.barycentric, inPatch(n, b).barycentric);
+    }
+
     /// Roots bisect their longest edge first. As all roots go by one order of edges, following bisected edges from root to
     /// root ends.
     void chooseFirstEdges(const PatchTopology& topology)
@@ -112,8 +124,8 @@ struct BisectionForest::Builder {
         for (std::uint32_t p = 0; p < topology.patches.size(); ++p) {
             Node& node = nodes()[p];
             for (std::uint8_t k = 1; k < 3; ++k) {
-                if (isLess(topology.patchEdges[p][node.bisected], topology.patchEdges[p][k], node.lengths[node.bisected],
-                           node.lengths[k])) {
+                if (isLess(topology.patchEdges[p][node.bisected], topology.patchEdges[p][k],
+                           node.lengths[node.bisected], node.lengths[k])) {
                     node.bisected = k;
                 }
             }
@@ -122,7 +134,10 @@ struct BisectionForest::Builder {
     bool exceeds(std::uint32_t n) const
     {
         const Node& node = forest._nodes[n];
-        if (bisectionsLeft[node.patch] == 0 || node.depth >= kDeepest || (!limits.isSpared.empty() && limits.isSpared[node.patch] != 0)) { return false; }
+        if (bisectionsLeft[node.patch] == 0 || node.depth >= kDeepest ||
+            (!limits.isSpared.empty() && limits.isSpared[node.patch] != 0)) {
+            return false;
+        }
         return pointCount[n] > limits.mostPoints ||
                *std::max_element(node.lengths.begin(), node.lengths.end()) > limits.longestEdge;
     }
@@ -145,7 +160,10 @@ struct BisectionForest::Builder {
     }
 
     /// A point of leaf n in its patch.
-    FacePoint inPatch(std::uint32_t n, const Eigen::Vector3d& barycentric) const { return forest.toPatch({n, barycentric}); }
+    FacePoint inPatch(std::uint32_t n, const Eigen::Vector3d& barycentric) const
+    {
+        return forest.toPatch({n, barycentric});
+    }
 
     static Eigen::Vector3d middleOf(unsigned k)
     {
@@ -156,9 +174,8 @@ struct BisectionForest::Builder {
     /// runs along it); edges onto the edge's other side are left open.
     void makeChildren(std::uint32_t n, unsigned k, std::uint32_t middle, const std::array<double, 2>& halves)
     {
-        const FacePoint center = inPatch(n, middleOf(k));
-        const double across =
-            arcLength(center.face, center.barycentric, inPatch(n, Eigen::Vector3d::Unit((k + 2) % 3)).barycentric);
+        const unsigned apex = (k + 2) % 3;
+        const double across = length(n, middleOf(k), middle, Eigen::Vector3d::Unit(apex), nodes()[n].corners[apex]);
         const auto child = static_cast<std::uint32_t>(nodes().size());
         const Node node = nodes()[n];
         const unsigned k1 = (k + 1) % 3;
@@ -205,9 +222,10 @@ struct BisectionForest::Builder {
         const auto middle = static_cast<std::uint32_t>(forest._vertices.size());
         const FacePoint at = inPatch(n, middleOf(k));
         forest._vertices.push_back(surface(at.face, at.barycentric));
-        const double first = arcLength(at.face, inPatch(n, Eigen::Vector3d::Unit(k)).barycentric, at.barycentric);
-        const double second = arcLength(at.face, at.barycentric, inPatch(n, Eigen::Vector3d::Unit((k + 1) % 3)).barycentric);
+        const unsigned k1 = (k + 1) % 3;
         const std::uint32_t from = nodes()[n].corners[k];
+        const double first = length(n, Eigen::Vector3d::Unit(k), from, middleOf(k), middle);
+        const double second = length(n, middleOf(k), middle, Eigen::Vector3d::Unit(k1), nodes()[n].corners[k1]);
         const unsigned other = neighbour != kNone ? sideTowards(neighbour, n, from) : 3;
         makeChildren(n, k, middle, {first, second});
         if (neighbour == kNone) { return; }

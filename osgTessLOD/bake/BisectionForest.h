@@ -26,12 +26,13 @@ public:
     using Surface = std::function<Eigen::Vector3d(std::uint32_t patch, const Eigen::Vector3d& barycentric)>;
 
     struct Limits {
-        double longestEdge;         ///< leaves' edges are bisected down to this length on the surface
-        unsigned mostPoints;        ///< leaves that hold more of the given points are bisected
+        double longestEdge;  ///< leaves' edges are bisected down to this length on the surface
+        unsigned mostPoints; ///< leaves that hold more of the given points are bisected
         /// Leaves of a patch that are bisected because of themselves, per point in it (and one point more): where the
         /// surface is squeezed into next to nothing of the parameters, bisecting would hardly end.
         std::size_t mostBisectionsPerPoint = std::numeric_limits<std::size_t>::max();
-        std::vector<char> isSpared = {}; ///< per patch: whether the limits do not hold there; empty: they hold everywhere
+        std::vector<char> isSpared =
+            {}; ///< per patch: whether the limits do not hold there; empty: they hold everywhere
     };
 
     /// Starts with one node per patch, numbered as the patches, and bisects leaves that exceed the
@@ -62,11 +63,13 @@ private:
         std::uint32_t parent = kNone;
         std::uint32_t firstChild = kNone;
         std::uint32_t patch = 0;
-        std::uint8_t bisected = 0;               ///< which edge is or would be
+        std::uint8_t bisected = 0; ///< which edge is or would be
         std::uint8_t depth = 0;
     };
     struct Builder;
 
+    /// From this depth on, lengths on the surface are straight distances.
+    static constexpr unsigned kStraightFrom = 4;
     /// Leaves this deep, of a 2⁴⁰th of their patch's size, are not bisected because of themselves.
     static constexpr unsigned kDeepest = 80;
 

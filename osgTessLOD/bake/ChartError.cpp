@@ -32,7 +32,9 @@ double PatchDistance::twoSided(const std::vector<Vector3d>& positions, const Tes
 {
     double largest = 0.0;
     const SurfaceDistance toPatch(positions, pattern.triangles());
-    for (const std::uint32_t v : sourceVertices) { largest = std::max(largest, toPatch.distance(_source.positions[v])); }
+    for (const std::uint32_t v : sourceVertices) {
+        largest = std::max(largest, toPatch.distance(_source.positions[v]));
+    }
     // A sample is no farther from the source than from its triangle's vertices, which lie on it: most need no query.
     const auto visit = [&](const Vector3d& sample, const Vector3d& onSource) {
         if ((sample - onSource).norm() > largest) { largest = std::max(largest, _toSource.distance(sample)); }

@@ -22,7 +22,7 @@ constexpr std::size_t kMostTriangles = 300'000'000;
 /// Leaves of the even parametrization, compared with the source's triangles: longest edge, source vertices in one.
 constexpr double kLeafSide = 2.0;
 constexpr unsigned kPointsPerLeaf = 2;
-constexpr std::size_t kBisectionsPerPoint = 16;
+constexpr std::size_t kBisectionsPerPoint = 128;
 
 std::uint32_t checkedFaceCount(const SourceMesh& source)
 {

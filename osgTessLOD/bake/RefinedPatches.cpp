@@ -55,9 +55,8 @@ RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned facto
     _topology = _base->topology();
     const std::size_t mostPatches = std::max(kMostGrowth * _topology.patches.size(), kAlwaysAllowed);
     std::vector<FacePoint> sourceVertices(_base->source().positions.size());
-    tbb::parallel_for(std::size_t{0}, sourceVertices.size(), [&](std::size_t v) {
-        sourceVertices[v] = _base->patchPointOf(static_cast<std::uint32_t>(v));
-    });
+    tbb::parallel_for(std::size_t{0}, sourceVertices.size(),
+                      [&](std::size_t v) { sourceVertices[v] = _base->patchPointOf(static_cast<std::uint32_t>(v)); });
 
     const PatchDistance distance(_base->source());
     const TessellationPattern pattern(factor);
@@ -81,7 +80,8 @@ RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned facto
             if (error[p] > tolerance) { rough.push_back(p); }
         }
         if (rough.empty() || round == kMostRounds || _topology.patches.size() >= mostPatches) { break; }
-        std::stable_sort(rough.begin(), rough.end(), [&](std::uint32_t a, std::uint32_t b) { return error[a] > error[b]; });
+        std::stable_sort(rough.begin(), rough.end(),
+                         [&](std::uint32_t a, std::uint32_t b) { return error[a] > error[b]; });
         isMeasured = bisect(rough, mostPatches, sourceVertices, progress);
     }
     progress.end();
@@ -92,7 +92,9 @@ RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned facto
 std::vector<char> RefinedPatches::bisect(const std::vector<std::uint32_t>& rough, std::size_t mostPatches,
                                          std::vector<FacePoint>& sourceVertices, Progress& progress)
 {
-    const BisectionForest::Surface before = [this](std::uint32_t patch, const Vector3d& b) { return position({patch, b}); };
+    const BisectionForest::Surface before = [this](std::uint32_t patch, const Vector3d& b) {
+        return position({patch, b});
+    };
     BisectionForest cuts(_topology, before, {}, wholePatches());
     const std::size_t roots = cuts.nodeCount();
     for (const std::uint32_t patch : rough) {
@@ -123,16 +125,17 @@ std::vector<char> RefinedPatches::bisect(const std::vector<std::uint32_t>& rough
     });
     std::copy_if(sourceVertices.begin(), sourceVertices.end(), std::back_inserter(points),
                  [&](const FacePoint& point) { return isWhole[point.face] == 0; });
-    PatchTopology topology = PatchTopology::build(static_cast<std::uint32_t>(cuts.vertices().size()), std::move(patches));
+    PatchTopology topology =
+        PatchTopology::build(static_cast<std::uint32_t>(cuts.vertices().size()), std::move(patches));
     BisectionForest::Limits limits = _base->parametrizationLimits();
     std::vector<char> isKept = isWhole;
-    // Where even parameters have not helped by now, halving the old ones may.
-    if (_rounds.size() >= kEvenRounds && _rounds.size() % 2 == 0) { isKept.assign(isKept.size(), 1); }
+    // Where even parameters have not helped by now, they will not; halving the old ones does.
+    if (_rounds.size() >= kEvenRounds) { isKept.assign(isKept.size(), 1); }
     limits.isSpared = isKept;
-    auto even = std::make_unique<StretchMap>(topology, BisectionForest(topology, ofLeaf, points, limits), isKept, progress);
-    tbb::parallel_for(std::size_t{0}, sourceVertices.size(), [&](std::size_t v) {
-        sourceVertices[v] = even->toEven(sourceVertices[v]);
-    });
+    auto even =
+        std::make_unique<StretchMap>(topology, BisectionForest(topology, ofLeaf, points, limits), isKept, progress);
+    tbb::parallel_for(std::size_t{0}, sourceVertices.size(),
+                      [&](std::size_t v) { sourceVertices[v] = even->toEven(sourceVertices[v]); });
     _rounds.push_back({std::move(cuts), std::move(leafOfPatch), std::move(patchOfLeaf), isWhole, std::move(even)});
     _topology = std::move(topology);
     return isWhole;

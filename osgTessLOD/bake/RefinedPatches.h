@@ -21,11 +21,12 @@ class OSGTESSLOD_EXPORT RefinedPatches : public PatchMap {
 public:
     /// Bisects patches while their surface, sampled at the pattern of `factor`, is farther than `tolerance` (of the model's
     /// size) from the source either way, the worst first; but not in more than kMostRounds rounds, and no more once there
-    /// are kMostGrowth times as many patches and kAlwaysAllowed. After kEvenRounds, every other round leaves the pieces their parameters.
+    /// are kMostGrowth times as many patches and kAlwaysAllowed. After kEvenRounds the pieces keep their
+    /// parameters.
     RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned factor, double tolerance, Progress& progress);
 
-    static constexpr unsigned kMostRounds = 20;
-    static constexpr unsigned kEvenRounds = 4;
+    static constexpr unsigned kMostRounds = 16;
+    static constexpr unsigned kEvenRounds = 2;
     static constexpr std::size_t kMostGrowth = 4;
     static constexpr std::size_t kAlwaysAllowed = 256;
 
@@ -45,8 +46,8 @@ private:
     struct Round {
         BisectionForest cuts;
         std::vector<std::uint32_t> leafOfPatch;
-        std::vector<std::uint32_t> patchOfLeaf;  ///< by node
-        std::vector<char> isWhole;               ///< per patch: the same as before
+        std::vector<std::uint32_t> patchOfLeaf; ///< by node
+        std::vector<char> isWhole;              ///< per patch: the same as before
         std::unique_ptr<StretchMap> even;
 
         FacePoint from(const FacePoint& before) const;
