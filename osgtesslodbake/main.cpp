@@ -33,7 +33,7 @@ struct Arguments {
     std::string check;
     std::string exported;
     unsigned factor = 64;
-    double creaseAngleDegrees = 60.0;
+    double creaseAngleDegrees = bake::ControlMeshOptions().creaseAngleRadians / kDegree;
     bool noNormals = false;
     bool quiet = false;
     bake::BakeOptions bake;
