@@ -68,7 +68,7 @@ std::string describeTlod(const std::string& path)
                                   {"stored_bytes", chunk.storedBytes},
                                   {"content_bytes", chunk.contentBytes}});
         fileBytes = std::max(fileBytes, chunk.offset + chunk.storedBytes);
-        if (chunk.type == "LVLV") { levelBytes += chunk.storedBytes; }
+        if (chunk.type == "LVLV" || chunk.type == "LVLP") { levelBytes += chunk.storedBytes; }
     }
     const auto finest = static_cast<double>(finestVertexCount(asset));
     json["file_bytes"] = fileBytes;

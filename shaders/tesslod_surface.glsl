@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Where a vertex of a patch lies at continuous levels (Lambert §3.2, §3.3). The C++ twins of the same names are in
-// render/MorphedSurface.cpp and give the same bits.
+// render/MorphedSurface.cpp; positions are the same bits.
 //
 // Shared text: pasted behind the #version line of the stages that need it, after tesslod_pattern.glsl.
 //
@@ -12,12 +12,19 @@
 //     tessLodPatchTable  R32I, per patch: lattice origin x y z, then per level the index of its first vertex or −1
 //     tessLodStep        object units per lattice unit
 //     tessLodFactors     the ladder, tessLodLevelCount entries
+//     tessLodParameters       R32UI, ChartPoint::bits of the vertices of levels that have them    (with TESSLOD_PARAMETERS)
+//     tessLodParameterShifts  per level what to take off a vertex's index in tessLodVertices for its index there; −1 where
+//                             vertices lie where the pattern has them                             (with TESSLOD_PARAMETERS)
 
 uniform usamplerBuffer tessLodVertices;
 uniform isamplerBuffer tessLodPatchTable;
 uniform float tessLodStep;
 uniform int tessLodLevelCount;
 uniform int tessLodFactors[33];
+#if defined(TESSLOD_PARAMETERS)
+uniform usamplerBuffer tessLodParameters;
+uniform int tessLodParameterShifts[33];
+#endif
 
 // A point of the surface: object space, and corner weights in its patch.
 struct TessLodPoint {
@@ -25,10 +32,16 @@ struct TessLodPoint {
     vec3 weights;
 };
 
-uvec2 tessLodVertexBits(int patchId, int level, int index)
+// Index of the vertex in tessLodVertices.
+int tessLodVertexNumber(int patchId, int level, int index)
 {
     int row = patchId * (3 + tessLodLevelCount);
-    return texelFetch(tessLodVertices, texelFetch(tessLodPatchTable, row + 3 + level).r + index).rg;
+    return texelFetch(tessLodPatchTable, row + 3 + level).r + index;
+}
+
+uvec2 tessLodVertexBits(int patchId, int level, int index)
+{
+    return texelFetch(tessLodVertices, tessLodVertexNumber(patchId, level, index)).rg;
 }
 
 // Index of the vertex's parent in the pattern of level − 1.
@@ -43,6 +56,21 @@ ivec3 tessLodVertexOffset(uvec2 bits)
     return ivec3(int(bits.x & 0x1FFFFu), int((bits.x >> 17) | ((bits.y & 3u) << 15)), int((bits.y >> 2) & 0x1FFFFu));
 }
 
+// Corner weights of the vertex's own place in its patch.
+vec3 tessLodVertexWeights(int patchId, int level, int index)
+{
+#if defined(TESSLOD_PARAMETERS)
+    int shift = tessLodParameterShifts[level];
+    if (shift >= 0) {
+        uint bits = texelFetch(tessLodParameters, tessLodVertexNumber(patchId, level, index) - shift).r;
+        ivec2 at = ivec2(int(bits & 0xFFFFu), int(bits >> 16));
+        return vec3(49152 - at.x - at.y, at) / 49152.0;
+    }
+#endif
+    int factor = tessLodFactors[level];
+    return vec3(tessLodPatternBarycentric(factor, index)) / float(3 * factor);
+}
+
 // The vertex in its own place.
 TessLodPoint tessLodVertexPoint(int patchId, int level, int index)
 {
@@ -53,8 +81,7 @@ TessLodPoint tessLodVertexPoint(int patchId, int level, int index)
     precise vec3 position = vec3(origin + tessLodVertexOffset(tessLodVertexBits(patchId, level, index))) * tessLodStep;
     point.position = position;
 #if defined(TESSLOD_NORMALS)
-    int factor = tessLodFactors[level];
-    point.weights = vec3(tessLodPatternBarycentric(factor, index)) / float(3 * factor);
+    point.weights = tessLodVertexWeights(patchId, level, index);
 #else
     point.weights = vec3(0.0);
 #endif

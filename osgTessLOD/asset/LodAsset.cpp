@@ -2,6 +2,7 @@
 #include <osgTessLOD/asset/LodAsset.h>
 
 #include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/asset/ChartPoint.h>
 #include <osgTessLOD/asset/TessellationPattern.h>
 
 #include <algorithm>
@@ -153,6 +154,7 @@ void checkTopology(const LodAsset& asset)
 struct PatchLevel {
     const LodPatch& patch;
     const LodVertex* vertices;
+    const std::uint32_t* parameters; ///< null: where the pattern has them
     std::size_t level;
     unsigned factor;
     unsigned parentFactor; ///< of the level below, 0 at level 0
@@ -163,6 +165,10 @@ struct PatchLevel {
         return static_cast<std::uint32_t>((side * of + position) % (3 * of));
     }
     const LodVertex& onSide(std::size_t side, unsigned position) const { return vertices[border(factor, side, position)]; }
+    ChartPoint parameterOnSide(std::size_t side, unsigned position) const
+    {
+        return ChartPoint::fromBits(parameters[border(factor, side, position)]);
+    }
     LatticePoint lattice(const LodVertex& vertex) const
     {
         const auto offset = vertex.offset();
@@ -228,7 +234,26 @@ void checkCorners(const LodAsset& asset, std::size_t p, const PatchLevel& at)
     }
 }
 
-/// Both patches of edge `e` have the same border at a level: positions, and parents as positions along it.
+void checkParameters(std::size_t p, const PatchLevel& at)
+{
+    if (at.parameters == nullptr) { return; }
+    for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(at.factor); ++v) {
+        if (!ChartPoint::fromBits(at.parameters[v]).isInside()) { failAt(p, at, v, "parameters are outside the patch"); }
+    }
+    for (unsigned side = 0; side < 3; ++side) {
+        if (at.parameterOnSide(side, 0) != borderParameter(side, 0)) {
+            failAt(p, at, PatchLevel::border(at.factor, side, 0), "parameters of a corner are not the corner's");
+        }
+        for (unsigned t = 1; t < at.factor; ++t) {
+            const ChartPoint point = at.parameterOnSide(side, t);
+            if (borderParameter(side, alongBorder(side, point)) != point) {
+                failAt(p, at, PatchLevel::border(at.factor, side, t), "parameters are not on the vertex's border");
+            }
+        }
+    }
+}
+
+/// Both patches of edge `e` have the same border at a level: positions, parameters, and parents as positions along it.
 void checkSharedBorder(std::size_t e, const PatchLevel& a, std::size_t sideA, const PatchLevel& b, std::size_t sideB)
 {
     const unsigned f = a.factor;
@@ -237,6 +262,14 @@ void checkSharedBorder(std::size_t e, const PatchLevel& a, std::size_t sideA, co
         const LodVertex& v = b.onSide(sideB, f - t);
         if (a.lattice(u) != b.lattice(v)) {
             fail("edge ", e, ", level ", a.level, ", position ", t, ": its patches' vertices differ");
+        }
+        if (a.parameters != nullptr) {
+            const auto along = [](const PatchLevel& level, std::size_t side, unsigned position) {
+                return alongBorder(static_cast<unsigned>(side), level.parameterOnSide(side, position));
+            };
+            if (along(a, sideA, t) + along(b, sideB, f - t) != ChartPoint::kUnits) {
+                fail("edge ", e, ", level ", a.level, ", position ", t, ": its patches' parameters differ");
+            }
         }
         if (a.level == 0) { continue; }
         // Both parents are on their side, so each has exactly one position there.
@@ -269,18 +302,24 @@ void checkLevel(const LodAsset& asset, std::size_t l)
     if (level.vertices.size() != reached * count) {
         fail("level ", l, ": ", level.vertices.size(), " vertices, not ", reached * count);
     }
+    if (!level.parameters.empty() && level.parameters.size() != level.vertices.size()) {
+        fail("level ", l, ": ", level.parameters.size(), " parameters, not ", level.vertices.size(), " or none");
+    }
     if (level.errors.size() != reached) { fail("level ", l, ": ", level.errors.size(), " errors, not ", reached); }
     checkErrors(level, l);
 
     const std::vector<std::uint32_t> slots = asset.levelSlots(l);
     const unsigned parentFactor = l == 0 ? 0 : asset.ladder[l - 1];
     const auto patchLevel = [&](std::size_t p) {
-        return PatchLevel{asset.patches[p], level.vertices.data() + slots[p] * count, l, factor, parentFactor};
+        const std::size_t first = slots[p] * count;
+        const std::uint32_t* parameters = level.parameters.empty() ? nullptr : level.parameters.data() + first;
+        return PatchLevel{asset.patches[p], level.vertices.data() + first, parameters, l, factor, parentFactor};
     };
     for (std::size_t p = 0; p < asset.patches.size(); ++p) {
         if (slots[p] == kNoPatch) { continue; }
         checkParents(p, patchLevel(p));
         checkCorners(asset, p, patchLevel(p));
+        checkParameters(p, patchLevel(p));
     }
     for (std::size_t e = 0; e < asset.edges.size(); ++e) {
         const LodEdge& edge = asset.edges[e];

@@ -77,6 +77,9 @@ struct LevelError {
 struct LodLevel {
     std::vector<LodVertex> vertices;
     std::vector<LevelError> errors;      ///< one per patch that reaches the level
+    /// Where in its patch each vertex lies, as ChartPoint::bits: what its normal is looked up by. In the order of `vertices`;
+    /// empty when all lie where the pattern has them. Levels may differ in this, patches of a level not.
+    std::vector<std::uint32_t> parameters;
 };
 
 /// Normals of the source on each patch's regular triangular grid, as a chain of halved resolutions.
@@ -117,8 +120,8 @@ struct OSGTESSLOD_EXPORT LodAsset {
 
     /// Throws AssetError naming the fault unless every count, index and bound is consistent: ladder valid and rising,
     /// patches and edges referring to each other, vertices as many as the levels need, parents in range and on the border
-    /// where their child is and along it without gaps, shared border vertices and corners equal on both sides, numbers
-    /// finite. That bounds hold what they say they hold is not checked.
+    /// where their child is and along it without gaps, shared border vertices and corners equal on both sides, parameters
+    /// inside the patch or on its sides as their vertices are and alike from both, numbers finite. That bounds hold what they say they hold is not checked.
     void validate() const;
 };
 

@@ -124,6 +124,17 @@ TessellationPattern::Barycentric TessellationPattern::barycentric(unsigned facto
     return result;
 }
 
+ChartPoint TessellationPattern::chartPoint(unsigned factor, std::uint32_t vertex)
+{
+    const Barycentric b = barycentric(factor, vertex);
+    // Never halfway between two numbers (weight · 2¹⁵ / factor is even where it is whole): both sides of a border round alike.
+    const auto scaled = [&](unsigned weight) {
+        return static_cast<std::int32_t>((2U * weight * ChartPoint::kUnits + 3 * factor) / (6 * factor));
+    };
+    const std::int32_t u = scaled(b[1]);
+    return {u, b[0] == 0 ? ChartPoint::kUnits - u : scaled(b[2])};
+}
+
 std::uint32_t TessellationPattern::index(unsigned factor, const Barycentric& b)
 {
     assert(b[0] + b[1] + b[2] == 3 * factor);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/ChartPoint.h>
 
 #include <array>
 #include <cstdint>
@@ -52,6 +53,8 @@ public:
     static std::uint32_t index(unsigned factor, const Place& place);
 
     static Barycentric barycentric(unsigned factor, std::uint32_t vertex);
+    /// The same on the lattice of ChartPoint, to the nearest point; vertices of a side are exactly on it.
+    static ChartPoint chartPoint(unsigned factor, std::uint32_t vertex);
     /// Index of the vertex with these (exact) coordinates, whose sum is 3·factor. Where no vertex has them, that of some
     /// vertex of the pattern: barycentric() of it tells.
     static std::uint32_t index(unsigned factor, const Barycentric& barycentric);

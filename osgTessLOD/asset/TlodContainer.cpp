@@ -5,6 +5,7 @@
 
 #include <zstd.h>
 
+#include <algorithm>
 #include <istream>
 #include <new>
 #include <ostream>
@@ -235,6 +236,12 @@ void TlodContainerReader::parseEntries(const Bytes& bytes)
         next += entry.stored;
     }
     if (next != _fileBytes) { throw AssetError("has bytes that belong to no chunk"); }
+}
+
+bool TlodContainerReader::has(std::uint32_t type, std::uint32_t level) const
+{
+    return std::any_of(_entries.begin(), _entries.end(),
+                       [&](const ChunkEntry& entry) { return entry.type == type && entry.level == level; });
 }
 
 ChunkEntry TlodContainerReader::take(std::uint32_t type, std::uint32_t level)

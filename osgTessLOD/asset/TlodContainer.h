@@ -69,6 +69,7 @@ public:
 
     /// The chunks that were not yet taken.
     const std::vector<ChunkEntry>& entries() const { return _entries; }
+    bool has(std::uint32_t type, std::uint32_t level) const;
     /// The chunk of this type and level, which is taken off the list.
     ChunkEntry take(std::uint32_t type, std::uint32_t level);
     /// Fills `content`, entry.content bytes, and checks it against the checksum.

@@ -23,9 +23,11 @@ constexpr std::uint32_t kEdge = chunkType("EDGE");
 constexpr std::uint32_t kPatch = chunkType("PTCH");
 constexpr std::uint32_t kErrors = chunkType("LVLE");
 constexpr std::uint32_t kVertices = chunkType("LVLV");
+constexpr std::uint32_t kParameters = chunkType("LVLP");
 constexpr std::uint32_t kNormals = chunkType("NRML");
 
 constexpr std::size_t kVertexBytes = sizeof(LodVertex);
+constexpr std::size_t kParameterBytes = 4;
 constexpr std::size_t kTexelBytes = 4;
 
 TlodContainerWriter makeFile(const LodAsset& asset)
@@ -42,6 +44,10 @@ TlodContainerWriter makeFile(const LodAsset& asset)
         Bytes content(level.vertices.size() * kVertexBytes);
         encodeVertices(asset.ladder[l], level.vertices, content.data());
         file.addChunk(kVertices, l, std::move(content));
+        if (level.parameters.empty()) { continue; }
+        content.assign(level.parameters.size() * kParameterBytes, 0);
+        encodeParameters(asset.ladder[l], level.parameters, content.data());
+        file.addChunk(kParameters, l, std::move(content));
     }
     for (std::size_t l = 0; l < asset.normals.levels.size(); ++l) {
         const auto& normals = asset.normals.levels[l];
@@ -110,7 +116,7 @@ void readInPlace(TlodContainerReader& file, std::uint32_t type, std::uint32_t le
 void checkNothingLeft(const TlodContainerReader& file)
 {
     for (const ChunkEntry& entry : file.entries()) {
-        for (const std::uint32_t known : {kMeta, kBase, kEdge, kPatch, kErrors, kVertices, kNormals}) {
+        for (const std::uint32_t known : {kMeta, kBase, kEdge, kPatch, kErrors, kVertices, kParameters, kNormals}) {
             if (entry.type == known) { failChunk(entry, "is there twice or belongs to no level"); }
         }
     }
@@ -129,8 +135,13 @@ LodAsset readAsset(std::istream& stream)
         LodLevel& level = asset.levels[l];
         const std::uint64_t reached = counts.levelPatches[l];
         readItems(file, kErrors, l, reached, level.errors);
-        readInPlace(file, kVertices, l, reached * TessellationPattern::vertexCount(asset.ladder[l]), level.vertices);
+        const std::uint64_t vertices = reached * TessellationPattern::vertexCount(asset.ladder[l]);
+        readInPlace(file, kVertices, l, vertices, level.vertices);
         decodeVertices(asset.ladder[l], level.vertices);
+        if (file.has(kParameters, l)) {
+            readInPlace(file, kParameters, l, vertices, level.parameters);
+            decodeParameters(asset.ladder[l], level.parameters);
+        }
     }
     asset.normals.resolution = counts.normalResolution;
     for (std::uint32_t l = 0; counts.normalResolution >> l != 0; ++l) {

@@ -27,6 +27,7 @@ namespace osgTessLOD {
 //     META                the asset's counts, of which every other chunk's content bytes follow exactly, and its constants
 //     BASE EDGE PTCH      12 bytes a base vertex, 20 an edge, 76 a patch: the structs' fields in order, 0 up to the size
 //     LVLE LVLV           per ladder level: errors (28 bytes each), vertices (8 bytes, VertexCodec.h)
+//     LVLP                after a level's LVLV where the level has parameters (4 bytes a vertex, VertexCodec.h)
 //     NRML                per normal resolution, `level` its logarithm (4 bytes a texel, VertexCodec.h)
 
 /// A chunk of a .tlod file as its table of contents lists it.

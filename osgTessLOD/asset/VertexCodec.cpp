@@ -129,7 +129,7 @@ std::uint64_t loadPlanes(const std::uint8_t* block, std::size_t n, std::size_t i
            byte(4) << 34 | byte(5) << 42 | (top >> 7) << 50 | byte(6) << 51 | (top & 0x1F) << 59;
 }
 
-// The same for half of a normal.
+// The same for half of a normal or of a parameter pair.
 std::uint32_t foldHalf(std::uint32_t difference)
 {
     const std::uint32_t d = difference & 0xFFFFU;
@@ -163,6 +163,44 @@ std::uint32_t normalPredictor(std::uint32_t resolution, std::uint32_t i, std::ui
 std::uint32_t combineHalves(std::uint32_t x, std::uint32_t y)
 {
     return (x & 0xFFFFU) | y << 16;
+}
+
+/// Writes the difference of both halves of values[v] from `predicted` to its planes.
+void storeHalves(const std::vector<std::uint32_t>& values, std::size_t v, std::uint32_t predicted, std::uint8_t* content)
+{
+    const std::uint32_t x = foldHalf((values[v] & 0xFFFFU) - (predicted & 0xFFFFU));
+    const std::uint32_t y = foldHalf((values[v] >> 16) - (predicted >> 16));
+    const std::size_t blockStart = v / kCodecBlock * kCodecBlock;
+    const std::size_t n = std::min(kCodecBlock, values.size() - blockStart);
+    std::uint8_t* plane = content + 4 * blockStart + (v - blockStart);
+    plane[0] = low(x);
+    plane[n] = low(x >> 8);
+    plane[2 * n] = low(y);
+    plane[3 * n] = low(y >> 8);
+}
+
+/// From planes to both folded halves of every value.
+void gatherHalves(std::vector<std::uint32_t>& values)
+{
+    gatherPlanes(values, [](const std::uint8_t* block, std::size_t n, std::size_t i) {
+        const auto byte = [&](std::size_t plane) { return std::uint32_t{block[plane * n + i]}; };
+        return byte(0) | byte(1) << 8 | byte(2) << 16 | byte(3) << 24;
+    });
+}
+
+std::uint32_t addHalves(std::uint32_t predicted, std::uint32_t folded)
+{
+    return combineHalves((predicted & 0xFFFFU) + unfoldHalf(folded), (predicted >> 16) + unfoldHalf(folded >> 16));
+}
+
+/// ChartPoint::bits of every vertex of the pattern.
+std::vector<std::uint32_t> patternParameters(unsigned factor)
+{
+    std::vector<std::uint32_t> parameters;
+    for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
+        parameters.push_back(TessellationPattern::chartPoint(factor, v).bits());
+    }
+    return parameters;
 }
 
 } // namespace
@@ -200,6 +238,25 @@ void decodeVertices(unsigned factor, std::vector<LodVertex>& vertices)
     }
 }
 
+void encodeParameters(unsigned factor, const std::vector<std::uint32_t>& parameters, std::uint8_t* content)
+{
+    const std::vector<std::uint32_t> predicted = patternParameters(factor);
+    assert(parameters.size() % predicted.size() == 0);
+    for (std::size_t v = 0; v < parameters.size(); ++v) {
+        storeHalves(parameters, v, predicted[v % predicted.size()], content);
+    }
+}
+
+void decodeParameters(unsigned factor, std::vector<std::uint32_t>& parameters)
+{
+    gatherHalves(parameters);
+    const std::vector<std::uint32_t> predicted = patternParameters(factor);
+    assert(parameters.size() % predicted.size() == 0);
+    for (std::size_t v = 0; v < parameters.size(); ++v) {
+        parameters[v] = addHalves(predicted[v % predicted.size()], parameters[v]);
+    }
+}
+
 void encodeNormals(std::uint32_t resolution, const std::vector<std::uint32_t>& normals, std::uint8_t* content)
 {
     std::size_t v = 0;
@@ -209,15 +266,7 @@ void encodeNormals(std::uint32_t resolution, const std::vector<std::uint32_t>& n
         for (std::uint32_t j = 0; j <= resolution; ++j) {
             for (std::uint32_t i = 0; i + j <= resolution; ++i, ++at, ++v) {
                 const std::uint32_t predicted = at == 0 ? 0 : patch[normalPredictor(resolution, i, j, at)];
-                const std::uint32_t x = foldHalf((patch[at] & 0xFFFFU) - (predicted & 0xFFFFU));
-                const std::uint32_t y = foldHalf((patch[at] >> 16) - (predicted >> 16));
-                const std::size_t blockStart = v / kCodecBlock * kCodecBlock;
-                const std::size_t n = std::min(kCodecBlock, normals.size() - blockStart);
-                std::uint8_t* plane = content + 4 * blockStart + (v - blockStart);
-                plane[0] = low(x);
-                plane[n] = low(x >> 8);
-                plane[2 * n] = low(y);
-                plane[3 * n] = low(y >> 8);
+                storeHalves(normals, v, predicted, content);
             }
         }
     }
@@ -225,10 +274,7 @@ void encodeNormals(std::uint32_t resolution, const std::vector<std::uint32_t>& n
 
 void decodeNormals(std::uint32_t resolution, std::vector<std::uint32_t>& normals)
 {
-    gatherPlanes(normals, [](const std::uint8_t* block, std::size_t n, std::size_t i) {
-        const auto byte = [&](std::size_t plane) { return std::uint32_t{block[plane * n + i]}; };
-        return byte(0) | byte(1) << 8 | byte(2) << 16 | byte(3) << 24;
-    });
+    gatherHalves(normals);
     const std::uint32_t texels = NormalTexture::texelCount(resolution);
     for (std::size_t first = 0; first < normals.size(); first += texels) {
         std::uint32_t* patch = normals.data() + first;
@@ -236,8 +282,7 @@ void decodeNormals(std::uint32_t resolution, std::vector<std::uint32_t>& normals
         for (std::uint32_t j = 0; j <= resolution; ++j) {
             for (std::uint32_t i = 0; i + j <= resolution; ++i, ++at) {
                 const std::uint32_t predicted = at == 0 ? 0 : patch[normalPredictor(resolution, i, j, at)];
-                patch[at] = combineHalves(predicted + unfoldHalf(patch[at]),
-                                          (predicted >> 16) + unfoldHalf(patch[at] >> 16));
+                patch[at] = addHalves(predicted, patch[at]);
             }
         }
     }

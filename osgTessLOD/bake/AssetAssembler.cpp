@@ -95,6 +95,11 @@ void copyTopology(const PatchTopology& topology, std::uint8_t finestLevel, LodAs
     }
 }
 
+bool hasParameters(const PatchLevels& levels, std::size_t level)
+{
+    return level < levels.parameters.size() && !levels.parameters[level].empty();
+}
+
 /// Everything about one patch that needs its stored positions: vertices, errors, bounds, cone.
 class PatchAssembler {
 public:
@@ -124,6 +129,7 @@ public:
         for (std::size_t level = 0; level < lattice.size(); ++level) {
             storeVertices(lattice[level], low, level == 0 ? nullptr : &levels.parents[level],
                           &asset.levels[level].vertices[p * lattice[level].size()]);
+            storeParameters(levels, level, p, asset.levels[level].parameters);
             for (std::size_t v = 0; v < lattice[level].size(); ++v) {
                 stored.positions[level][v] = _frame.fromLattice(lattice[level][v]);
             }
@@ -158,6 +164,19 @@ private:
         for (std::size_t v = 0; v < points.size(); ++v) {
             const LatticePoint offset{points[v][0] - low[0], points[v][1] - low[1], points[v][2] - low[2]};
             vertices[v] = LodVertex::pack(offset, parents != nullptr ? (*parents)[v] : 0);
+        }
+    }
+
+    void storeParameters(const PatchLevels& levels, std::size_t level, std::size_t p,
+                         std::vector<std::uint32_t>& parameters) const
+    {
+        if (parameters.empty()) { return; }
+        const std::uint32_t count = _patterns[level].vertexCount();
+        for (std::uint32_t v = 0; v < count; ++v) {
+            const ChartPoint point = hasParameters(levels, level)
+                                         ? levels.parameters[level][v]
+                                         : TessellationPattern::chartPoint(_patterns[level].factor(), v);
+            parameters[p * count + v] = point.bits();
         }
     }
 
@@ -231,6 +250,10 @@ LodAsset assembleAsset(const PatchMap& map, const ChartSet& charts, const LevelH
     for (std::size_t level = 0; level < asset.levels.size(); ++level) {
         asset.levels[level].vertices.resize(patches * TessellationPattern::vertexCount(hierarchy.ladder[level]));
         asset.levels[level].errors.resize(patches);
+        if (std::any_of(hierarchy.patches.begin(), hierarchy.patches.end(),
+                        [&](const PatchLevels& levels) { return hasParameters(levels, level); })) {
+            asset.levels[level].parameters.resize(asset.levels[level].vertices.size());
+        }
     }
     const PatchAssembler assembler(frame, hierarchy.ladder, charts.factor);
     tbb::parallel_for(std::size_t{0}, patches, [&](std::size_t p) {

@@ -11,7 +11,7 @@
 namespace osgTessLOD::bake {
 
 /// Puts the levels on the lattice, measures each one's error against its chart as it was stored (quantization included)
-/// plus chartError, and fills in topology, bounds and normal cones. Normals and names are the caller's.
+/// plus chartError, copies the parameters, and fills in topology, bounds and normal cones. Normals and names are the caller's.
 OSGTESSLOD_EXPORT LodAsset assembleAsset(const PatchMap& map, const ChartSet& charts, const LevelHierarchy& hierarchy,
                                          Progress& progress);
 

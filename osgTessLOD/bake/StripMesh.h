@@ -12,17 +12,6 @@
 
 namespace osgTessLOD::bake {
 
-/// Point `along` units (of ChartPoint::kUnits) along a side of the parameter triangle from corner `side`, and back.
-inline ChartPoint borderParameter(unsigned side, std::int32_t along)
-{
-    const std::int32_t rest = ChartPoint::kUnits - along;
-    return side == 0 ? ChartPoint{along, 0} : side == 1 ? ChartPoint{rest, along} : ChartPoint{0, rest};
-}
-inline std::int32_t alongBorder(unsigned side, ChartPoint p)
-{
-    return side == 0 ? p.u : side == 1 ? p.v : ChartPoint::kUnits - p.v;
-}
-
 /// The mesh that strips are contracted in: all patches, between the patterns of factors f and f − 2, with vertices that
 /// lie anywhere in the charts. What patches share is kept in each of them, with the same position and, along a border,
 /// mirrored parameters.

@@ -76,14 +76,9 @@ Triangulation::Range Triangulation::verticesAround(std::uint32_t vertex) const
 
 std::vector<ChartPoint> patternPoints(unsigned factor)
 {
-    const auto scaled = [&](unsigned weight) {
-        return static_cast<std::int32_t>((2U * weight * ChartPoint::kUnits + 3 * factor) / (6 * factor));
-    };
     std::vector<ChartPoint> points;
     for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
-        const auto b = TessellationPattern::barycentric(factor, v);
-        const std::int32_t u = scaled(b[1]);
-        points.push_back({u, b[0] == 0 ? ChartPoint::kUnits - u : scaled(b[2])}); // exactly on the third side
+        points.push_back(TessellationPattern::chartPoint(factor, v));
     }
     return points;
 }

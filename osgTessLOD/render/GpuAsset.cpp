@@ -87,11 +87,13 @@ osg::ref_ptr<osg::UIntArray> normalWords(const NormalTexture& normals)
     return words;
 }
 
-osg::ref_ptr<osg::Uniform> ladderUniform(const std::vector<std::uint16_t>& ladder)
+/// A number per level; `otherwise` for those that do not exist.
+template <class Number>
+osg::ref_ptr<osg::Uniform> levelUniform(const char* name, const std::vector<Number>& numbers, int otherwise)
 {
-    osg::ref_ptr<osg::Uniform> uniform = new osg::Uniform(osg::Uniform::INT, "tessLodFactors", kMaxLevels);
+    osg::ref_ptr<osg::Uniform> uniform = new osg::Uniform(osg::Uniform::INT, name, kMaxLevels);
     for (unsigned k = 0; k < kMaxLevels; ++k) {
-        uniform->setElement(k, k < ladder.size() ? static_cast<int>(ladder[k]) : 1);
+        uniform->setElement(k, k < numbers.size() ? static_cast<int>(numbers[k]) : otherwise);
     }
     return uniform;
 }
@@ -129,6 +131,7 @@ GpuAsset::GpuAsset(std::shared_ptr<const LodAsset> asset)
             const osg::ref_ptr<osg::UIntArray> words = normalWords(a.normals);
             const auto texels = static_cast<std::int64_t>(words->size());
             addBuffer(words.get(), GL_R32UI, kNormalsUnit, texels);
+            addParameters();
         }
     }
     const auto* programs = static_cast<Programs*>(_programs.get());
@@ -140,16 +143,30 @@ GpuAsset::~GpuAsset() = default;
 
 void GpuAsset::addBuffer(osg::Array* array, GLenum format, unsigned unit, std::int64_t texels)
 {
-    assert(_buffers.size() == unit - kVerticesUnit);
-    static_cast<void>(unit);
     osg::ref_ptr<osg::VertexBufferObject> object = new osg::VertexBufferObject;
     object->setUsage(GL_STATIC_DRAW_ARB);
     array->setBufferObject(object.get());
     osg::ref_ptr<osg::TextureBuffer> buffer = new osg::TextureBuffer(array);
     buffer->setInternalFormat(static_cast<GLint>(format));
     buffer->setTextureWidth(static_cast<int>(texels));
-    _buffers.push_back({array, buffer});
+    _buffers.push_back({unit, array, buffer});
     _largestBufferTexels = std::max(_largestBufferTexels, texels);
+}
+
+/// Of all levels that have them, one after the other. Only normals are looked up by them.
+void GpuAsset::addParameters()
+{
+    const osg::ref_ptr<osg::UIntArray> words = new osg::UIntArray;
+    std::vector<std::int32_t> shifts;
+    std::size_t without = 0; // vertices before the level that have no parameters
+    for (const LodLevel& level : _asset->levels) {
+        words->insert(words->end(), level.parameters.begin(), level.parameters.end());
+        shifts.push_back(level.parameters.empty() ? -1 : static_cast<std::int32_t>(without));
+        if (level.parameters.empty()) { without += level.vertices.size(); }
+    }
+    if (words->empty()) { return; }
+    addBuffer(words.get(), GL_R32UI, kParametersUnit, static_cast<std::int64_t>(words->size()));
+    _parameterShifts = std::move(shifts);
 }
 
 osg::ref_ptr<osg::StateSet> GpuAsset::makeState(osg::StateAttribute* program) const
@@ -160,19 +177,22 @@ osg::ref_ptr<osg::StateSet> GpuAsset::makeState(osg::StateAttribute* program) co
     state->setDataVariance(osg::Object::DYNAMIC); // keeps optimizers from merging it with another asset's
     state->setAttributeAndModes(program, on);
     state->setAttribute(new osg::PatchParameter(1), on);
-    for (unsigned k = 0; k < _buffers.size(); ++k) {
-        state->setTextureAttribute(kVerticesUnit + k, _buffers[k].texture.get(), on);
-    }
+    for (const Buffer& buffer : _buffers) { state->setTextureAttribute(buffer.unit, buffer.texture.get(), on); }
     state->addUniform(new osg::Uniform("tessLodVertices", static_cast<int>(kVerticesUnit)));
     state->addUniform(new osg::Uniform("tessLodPatchTable", static_cast<int>(kPatchTableUnit)));
     state->addUniform(new osg::Uniform("tessLodStep", _asset->lattice.step));
     state->addUniform(new osg::Uniform("tessLodLevelCount", static_cast<int>(_asset->levels.size())));
-    state->addUniform(ladderUniform(_asset->ladder).get());
+    state->addUniform(levelUniform("tessLodFactors", _asset->ladder, 1).get());
     if (_asset->normals.resolution > 0) {
         state->setDefine("TESSLOD_NORMALS");
         state->addUniform(new osg::Uniform("tessLodNormals", static_cast<int>(kNormalsUnit)));
         state->addUniform(new osg::Uniform("tessLodPatchCount", static_cast<int>(_asset->patches.size())));
         state->addUniform(new osg::Uniform("tessLodNormalLevelCount", static_cast<int>(_asset->normals.levels.size())));
+    }
+    if (!_parameterShifts.empty()) {
+        state->setDefine("TESSLOD_PARAMETERS");
+        state->addUniform(new osg::Uniform("tessLodParameters", static_cast<int>(kParametersUnit)));
+        state->addUniform(levelUniform("tessLodParameterShifts", _parameterShifts, -1).get());
     }
     return state;
 }
@@ -210,7 +230,7 @@ const GpuAsset::Proxy& GpuAsset::proxy() const
             const unsigned factor = _asset->ladder[MorphedSurface::drawnLevel(record.edgeLevels)];
             const auto first = static_cast<unsigned>(_proxy.vertices.size());
             for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
-                const MorphedSurface::Vec3 p = _surface.tessLodSurfacePoint(record.patch, record.edgeLevels, v);
+                const MorphedSurface::Vec3 p = _surface.tessLodSurfacePoint(record.patch, record.edgeLevels, v).position;
                 _proxy.vertices.emplace_back(p[0], p[1], p[2]);
             }
             const TessellationPattern pattern(factor);

@@ -24,7 +24,9 @@ namespace osgTessLOD {
 /// buffers with the state that draws with them, and its selector. Immutable but for OSG's own per-context GL objects.
 class OSGTESSLOD_EXPORT GpuAsset : public osg::Referenced {
 public:
-    /// Texture units of the three buffers: out of the way of units that applications use.
+    /// Texture units of the buffers: out of the way of units that applications use. The first is used by assets with normals
+    /// and parameters only, the last by those with normals.
+    static constexpr unsigned kParametersUnit = 12;
     static constexpr unsigned kVerticesUnit = 13;
     static constexpr unsigned kPatchTableUnit = 14;
     static constexpr unsigned kNormalsUnit = 15;
@@ -63,6 +65,7 @@ protected:
 private:
     osg::ref_ptr<osg::StateSet> makeState(osg::StateAttribute* program) const;
     void addBuffer(osg::Array* array, GLenum format, unsigned unit, std::int64_t texels);
+    void addParameters();
     void warnOnce(const std::string& why) const;
 
     std::shared_ptr<const LodAsset> _asset;
@@ -70,10 +73,12 @@ private:
     MorphedSurface _surface;
     osg::BoundingBox _bounds;
     struct Buffer {
+        unsigned unit;
         osg::ref_ptr<osg::Array> data;
         osg::ref_ptr<osg::TextureBuffer> texture;
     };
-    std::vector<Buffer> _buffers; ///< vertices, patch table, normals if there are
+    std::vector<Buffer> _buffers; ///< vertices, patch table; normals and parameters if there are
+    std::vector<std::int32_t> _parameterShifts; ///< per level, tessLodParameterShifts; empty: no buffer of them
     std::int64_t _largestBufferTexels = 0;
     osg::ref_ptr<osg::Referenced> _programs; ///< shared by all assets
     osg::ref_ptr<osg::StateSet> _drawState;

@@ -2,6 +2,7 @@
 // Lambert §3.2, §3.3; kept line by line like shaders/tesslod_surface.glsl.
 #include <osgTessLOD/render/MorphedSurface.h>
 
+#include <osgTessLOD/asset/ChartPoint.h>
 #include <osgTessLOD/asset/TessellationPattern.h>
 
 #include <algorithm>
@@ -13,14 +14,16 @@ namespace osgTessLOD {
 namespace {
 
 using Vec3 = MorphedSurface::Vec3;
+using TessLodPoint = MorphedSurface::TessLodPoint;
 
 /// t of the way from `from` to `to`; exactly `to` at t = 1.
-Vec3 tessLodMix(const Vec3& from, const Vec3& to, float t)
+TessLodPoint tessLodMix(const TessLodPoint& from, const TessLodPoint& to, float t)
 {
     if (t >= 1.0F) { return to; }
-    Vec3 result{};
-    for (std::size_t k = 0; k < 3; ++k) { result[k] = from[k] + (to[k] - from[k]) * t; }
-    return result;
+    const auto mix = [t](const Vec3& a, const Vec3& b) {
+        return Vec3{a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t};
+    };
+    return {mix(from.position, to.position), mix(from.weights, to.weights)};
 }
 
 float tessLodBorderLevel(std::uint32_t factor, std::uint32_t index, const std::array<float, 3>& edgeLevels)
@@ -61,32 +64,55 @@ unsigned MorphedSurface::drawnLevel(const std::array<float, 3>& edgeLevels)
     return static_cast<unsigned>(std::ceil(largest(edgeLevels)));
 }
 
-LodVertex MorphedSurface::vertex(std::uint32_t patch, unsigned level, std::uint32_t index) const
+/// Of a vertex among those of its level.
+std::size_t MorphedSurface::vertexNumber(std::uint32_t patch, unsigned level, std::uint32_t index) const
 {
     const std::size_t row = patch * (3 + _asset.levels.size());
     const std::int32_t first = _patchTable[row + 3 + level];
     assert(first >= 0);
-    return _asset.levels[level].vertices[static_cast<std::uint64_t>(first) - _levelStarts[level] + index];
+    return static_cast<std::uint64_t>(first) - _levelStarts[level] + index;
 }
 
-Vec3 MorphedSurface::tessLodVertexPoint(std::uint32_t patch, unsigned level, std::uint32_t index) const
+LodVertex MorphedSurface::vertex(std::uint32_t patch, unsigned level, std::uint32_t index) const
 {
-    return _asset.position(_asset.patches[patch], vertex(patch, level, index));
+    return _asset.levels[level].vertices[vertexNumber(patch, level, index)];
 }
 
-Vec3 MorphedSurface::tessLodBorderPoint(std::uint32_t patch, unsigned level, std::uint32_t index, float edgeLevel) const
+Vec3 MorphedSurface::tessLodVertexWeights(std::uint32_t patch, unsigned level, std::uint32_t index) const
+{
+    const std::vector<std::uint32_t>& parameters = _asset.levels[level].parameters;
+    if (!parameters.empty()) {
+        const ChartPoint at = ChartPoint::fromBits(parameters[vertexNumber(patch, level, index)]);
+        const auto units = static_cast<float>(ChartPoint::kUnits);
+        return {static_cast<float>(ChartPoint::kUnits - at.u - at.v) / units, static_cast<float>(at.u) / units,
+                static_cast<float>(at.v) / units};
+    }
+    const unsigned factor = _asset.ladder[level];
+    const TessellationPattern::Barycentric b = TessellationPattern::barycentric(factor, index);
+    const auto units = static_cast<float>(3 * factor);
+    return {static_cast<float>(b[0]) / units, static_cast<float>(b[1]) / units, static_cast<float>(b[2]) / units};
+}
+
+TessLodPoint MorphedSurface::tessLodVertexPoint(std::uint32_t patch, unsigned level, std::uint32_t index) const
+{
+    return {_asset.position(_asset.patches[patch], vertex(patch, level, index)),
+            tessLodVertexWeights(patch, level, index)};
+}
+
+TessLodPoint MorphedSurface::tessLodBorderPoint(std::uint32_t patch, unsigned level, std::uint32_t index,
+                                                float edgeLevel) const
 {
     const auto reached = static_cast<unsigned>(std::ceil(edgeLevel));
     for (; level > reached; --level) { index = vertex(patch, level, index).parent(); }
-    const Vec3 own = tessLodVertexPoint(patch, level, index);
+    const TessLodPoint own = tessLodVertexPoint(patch, level, index);
     const float t = edgeLevel - (static_cast<float>(level) - 1.0F);
     if (level == 0 || t >= 1.0F) { return own; }
     const std::uint32_t parent = vertex(patch, level, index).parent();
     return tessLodMix(tessLodVertexPoint(patch, level - 1, parent), own, t);
 }
 
-Vec3 MorphedSurface::tessLodSurfacePoint(std::uint32_t patch, const std::array<float, 3>& edgeLevels,
-                                         std::uint32_t index) const
+TessLodPoint MorphedSurface::tessLodSurfacePoint(std::uint32_t patch, const std::array<float, 3>& edgeLevels,
+                                                 std::uint32_t index) const
 {
     const float patchLevel = largest(edgeLevels);
     const unsigned level = drawnLevel(edgeLevels);
@@ -94,7 +120,7 @@ Vec3 MorphedSurface::tessLodSurfacePoint(std::uint32_t patch, const std::array<f
     if (index < 3 * factor) {
         return tessLodBorderPoint(patch, level, index, tessLodBorderLevel(factor, index, edgeLevels));
     }
-    const Vec3 own = tessLodVertexPoint(patch, level, index);
+    const TessLodPoint own = tessLodVertexPoint(patch, level, index);
     const float t = patchLevel - (static_cast<float>(level) - 1.0F);
     if (level == 0 || t >= 1.0F) { return own; }
     const std::uint32_t parent = vertex(patch, level, index).parent();

@@ -10,11 +10,18 @@
 
 namespace osgTessLOD {
 
-/// Vertices of an asset at continuous levels, on the CPU: twin of shaders/tesslod_surface.glsl, to the bit.
+/// Vertices of an asset at continuous levels, on the CPU: twin of shaders/tesslod_surface.glsl. Positions are the same to the
+/// bit.
 /// Keeps a reference to the asset, which must outlive it.
 class OSGTESSLOD_EXPORT MorphedSurface {
 public:
     using Vec3 = std::array<float, 3>;
+
+    /// A point of the surface.
+    struct TessLodPoint {
+        Vec3 position; ///< asset frame
+        Vec3 weights;  ///< of the patch's corners, sum 1: where in the patch the point lies, what its normal is looked up by
+    };
 
     explicit MorphedSurface(const LodAsset& asset);
 
@@ -26,18 +33,20 @@ public:
     /// Index of the first vertex of each level; one more entry than levels.
     const std::vector<std::uint64_t>& levelStarts() const { return _levelStarts; }
 
-    /// Position, in the asset's frame, of vertex `index` of the pattern that `patch` is drawn with when its sides are at
+    /// Vertex `index` of the pattern that `patch` is drawn with when its sides are at
     /// these continuous levels: the pattern of level ⌈largest⌉. Each level must be ≤ the finest of its edge (so that both
     /// sides have it).
-    Vec3 tessLodSurfacePoint(std::uint32_t patch, const std::array<float, 3>& edgeLevels, std::uint32_t index) const;
+    TessLodPoint tessLodSurfacePoint(std::uint32_t patch, const std::array<float, 3>& edgeLevels, std::uint32_t index) const;
 
     /// The level whose pattern these sides are drawn with.
     static unsigned drawnLevel(const std::array<float, 3>& edgeLevels);
 
 private:
+    std::size_t vertexNumber(std::uint32_t patch, unsigned level, std::uint32_t index) const;
     LodVertex vertex(std::uint32_t patch, unsigned level, std::uint32_t index) const;
-    Vec3 tessLodVertexPoint(std::uint32_t patch, unsigned level, std::uint32_t index) const;
-    Vec3 tessLodBorderPoint(std::uint32_t patch, unsigned level, std::uint32_t index, float edgeLevel) const;
+    Vec3 tessLodVertexWeights(std::uint32_t patch, unsigned level, std::uint32_t index) const;
+    TessLodPoint tessLodVertexPoint(std::uint32_t patch, unsigned level, std::uint32_t index) const;
+    TessLodPoint tessLodBorderPoint(std::uint32_t patch, unsigned level, std::uint32_t index, float edgeLevel) const;
 
     const LodAsset& _asset;
     std::vector<std::int32_t> _patchTable;

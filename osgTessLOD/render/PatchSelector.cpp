@@ -57,7 +57,7 @@ std::array<float, 3> edgeCenter(const LodAsset& asset, const MorphedSurface& sur
     const std::uint32_t first = sideOf(asset.patches[patch], edge) * factor;
     const auto level = static_cast<float>(e.finestLevel);
     const auto point = [&](std::uint32_t index) {
-        return surface.tessLodSurfacePoint(patch, {level, level, level}, index % (3 * factor));
+        return surface.tessLodSurfacePoint(patch, {level, level, level}, index % (3 * factor)).position;
     };
     if (factor > 1) { return point(first + factor / 2); }
     const std::array<float, 3> a = point(first);

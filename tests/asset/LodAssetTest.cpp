@@ -65,6 +65,7 @@ TEST(LodAsset, syntheticAssetsAreValid)
     for (const unsigned factor : {1U, 2U, 8U, 64U}) {
         EXPECT_NO_THROW(makeSyntheticAsset(factor).validate()) << factor;
         EXPECT_NO_THROW(makeSyntheticSheet(factor).validate()) << factor;
+        EXPECT_NO_THROW(makeSyntheticDisplacedAsset(factor).validate()) << factor;
         EXPECT_NO_THROW(makeSyntheticMixedAsset(factor).validate()) << factor;
     }
     const LodAsset asset = makeSyntheticAsset(16);
@@ -217,10 +218,33 @@ const std::vector<Corruption>& levelCorruptions()
     return list;
 }
 
-void expectRejected(const std::vector<Corruption>& corruptions)
+const std::vector<Corruption>& parameterCorruptions()
+{
+    // Levels 1 and 2, of factors 2 and 4, have parameters. Of factor 4, vertex 1 is of side 0, 4 corner 1, 12 … are inner.
+    static constexpr std::int32_t kUnits = ChartPoint::kUnits;
+    static const auto parameter = [](LodAsset& a, std::uint32_t vertex) -> std::uint32_t& {
+        return a.levels[2].parameters[4 * TessellationPattern::vertexCount(4) + vertex];
+    };
+    static const std::vector<Corruption> list{
+        {"level 2: 151 parameters, not 152 or none", [](LodAsset& a) { a.levels[2].parameters.pop_back(); }},
+        {"level 3: 1 parameters, not", [](LodAsset& a) { a.levels[3].parameters.push_back(0); }},
+        {"patch 4, level 2, vertex 13: parameters are outside",
+         [](LodAsset& a) { parameter(a, 13) = ChartPoint{kUnits / 2, kUnits / 2 + 1}.bits(); }},
+        {"vertex 13: parameters are outside", [](LodAsset& a) { parameter(a, 13) = 0xFFFF; }},
+        {"vertex 4: parameters of a corner", [](LodAsset& a) { parameter(a, 4) = ChartPoint{kUnits - 1, 1}.bits(); }},
+        {"vertex 1: parameters are not on", [](LodAsset& a) { parameter(a, 1) += 1U << 16; }},
+        {"vertex 5: parameters are not on", [](LodAsset& a) { parameter(a, 5) -= 1; }},
+        {"vertex 9: parameters are not on", [](LodAsset& a) { parameter(a, 9) += 1; }},
+        {"its patches' parameters differ", [](LodAsset& a) { parameter(a, 1) += 1; }},
+        {"its patches' parameters differ", [](LodAsset& a) { parameter(a, 5) += 0xFFFF; }}, // u − 1, v + 1
+    };
+    return list;
+}
+
+void expectRejected(const std::vector<Corruption>& corruptions, const LodAsset& sound = makeSyntheticAsset(8))
 {
     for (std::size_t k = 0; k < corruptions.size(); ++k) {
-        LodAsset asset = makeSyntheticAsset(8);
+        LodAsset asset = sound;
         corruptions[k].apply(asset);
         try {
             asset.validate();
@@ -237,6 +261,8 @@ TEST(LodAsset, rejectsAFrameThatIsWrong) { expectRejected(frameCorruptions()); }
 TEST(LodAsset, rejectsWrongTopology) { expectRejected(topologyCorruptions()); }
 
 TEST(LodAsset, rejectsWrongLevels) { expectRejected(levelCorruptions()); }
+
+TEST(LodAsset, rejectsWrongParameters) { expectRejected(parameterCorruptions(), makeSyntheticDisplacedAsset(8)); }
 
 TEST(LodAsset, sharedBordersAreComparedUpToTheEdgesFinestLevelOnly)
 {

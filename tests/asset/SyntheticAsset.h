@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/asset/ChartPoint.h>
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/asset/TessellationPattern.h>
 
@@ -73,12 +74,14 @@ inline std::uint32_t octahedral(const Point& normal)
     return quantized(x) | quantized(y) << 16;
 }
 
-/// Builds the asset of a Shape.
+/// Builds the asset of a Shape. `displaced`: vertices lie at other places of their patch than the pattern's, but on the
+/// first level and, where there are more than two, the last.
 class Builder {
 public:
-    Builder(Shape shape, std::vector<std::uint16_t> ladder, std::vector<std::uint8_t> finestLevels)
+    Builder(Shape shape, std::vector<std::uint16_t> ladder, std::vector<std::uint8_t> finestLevels, bool displaced)
         : _shape(std::move(shape))
         , _finest(std::move(finestLevels))
+        , _displaced(displaced)
     {
         _asset.technique = "synthetic";
         _asset.source = "a test";
@@ -196,6 +199,48 @@ private:
         return toFirst ? side : (side + 1) % 3;
     }
 
+    bool hasParameters(std::size_t level) const
+    {
+        const std::size_t levels = _asset.ladder.size();
+        return _displaced && level > 0 && (level + 1 < levels || levels == 2);
+    }
+
+    /// Up to a fifth of a segment from the pattern's place in either direction: inner vertices stay inside.
+    ChartPoint displacedPoint(std::uint32_t p, unsigned factor, std::uint32_t vertex) const
+    {
+        const auto wiggle = [factor](std::uint32_t what, std::uint32_t which) {
+            const double most = ChartPoint::kUnits / (5.0 * factor);
+            return static_cast<std::int32_t>(std::lround(most * std::sin(12.9898 * what + 78.233 * which + factor)));
+        };
+        if (vertex >= TessellationPattern::borderVertexCount(factor)) {
+            const ChartPoint point = TessellationPattern::chartPoint(factor, vertex);
+            return {point.u + wiggle(vertex, 2 * p), point.v + wiggle(vertex, 2 * p + 1)};
+        }
+        const unsigned side = vertex / factor;
+        const unsigned step = vertex % factor;
+        if (step == 0) { return borderParameter(side, 0); }
+        const std::uint32_t e = _asset.patches[p].edges[side];
+        const bool begins = _asset.edges[e].patches[0] == p;
+        const std::uint32_t fromBegin = begins ? step : factor - step;
+        const auto along = static_cast<std::int32_t>(fromBegin * ChartPoint::kUnits / factor) + wiggle(fromBegin, e);
+        return borderParameter(side, begins ? along : ChartPoint::kUnits - along);
+    }
+
+    /// Corner weights of a vertex; neighbours' are the same numbers on their border.
+    std::array<double, 3> weights(std::size_t p, std::size_t level, std::uint32_t vertex)
+    {
+        const unsigned factor = _asset.ladder[level];
+        if (!hasParameters(level)) {
+            const auto b = TessellationPattern::barycentric(factor, vertex);
+            const double n = 3.0 * factor;
+            return {b[0] / n, b[1] / n, b[2] / n};
+        }
+        const ChartPoint point = displacedPoint(static_cast<std::uint32_t>(p), factor, vertex);
+        _asset.levels[level].parameters.push_back(point.bits());
+        const double n = ChartPoint::kUnits;
+        return {(ChartPoint::kUnits - point.u - point.v) / n, point.u / n, point.v / n};
+    }
+
     void fillPatch(std::size_t p)
     {
         LodPatch& patch = _asset.patches[p];
@@ -205,9 +250,7 @@ private:
             const unsigned factor = _asset.ladder[level];
             auto& ofLevel = points.emplace_back();
             for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
-                const auto b = TessellationPattern::barycentric(factor, v);
-                const double n = 3.0 * factor;
-                ofLevel.push_back(quantized(_shape.surface(flat(p, {b[0] / n, b[1] / n, b[2] / n}))));
+                ofLevel.push_back(quantized(_shape.surface(flat(p, weights(p, level, v)))));
                 for (std::size_t k = 0; k < 3; ++k) {
                     patch.latticeOrigin[k] = std::min(patch.latticeOrigin[k], ofLevel.back()[k]);
                 }
@@ -276,6 +319,7 @@ private:
 
     Shape _shape;
     std::vector<std::uint8_t> _finest;
+    bool _displaced;
     LodAsset _asset;
 };
 
@@ -288,9 +332,9 @@ inline std::vector<std::uint16_t> powersOfTwo(unsigned topFactor)
 }
 
 inline LodAsset build(const Shape& shape, const std::vector<std::uint16_t>& ladder, bool withNormals,
-                      const std::vector<std::uint8_t>& finestLevels = {})
+                      const std::vector<std::uint8_t>& finestLevels = {}, bool displaced = false)
 {
-    Builder builder(shape, ladder, finestLevels);
+    Builder builder(shape, ladder, finestLevels, displaced);
     if (withNormals) { builder.addNormals(); }
     return builder.take();
 }
@@ -345,6 +389,12 @@ inline Shape wavySheet(unsigned quads)
 inline LodAsset makeSyntheticAsset(unsigned topFactor = 16, bool withNormals = true)
 {
     return synthetic::build(synthetic::bumpySphere(), synthetic::powersOfTwo(topFactor), withNormals);
+}
+
+/// makeSyntheticAsset with vertices that lie at other places of their patches than the pattern's (LodLevel::parameters).
+inline LodAsset makeSyntheticDisplacedAsset(unsigned topFactor = 16, bool withNormals = true)
+{
+    return synthetic::build(synthetic::bumpySphere(), synthetic::powersOfTwo(topFactor), withNormals, {}, true);
 }
 
 /// An asset with a boundary: quads × quads squares of two patches each.

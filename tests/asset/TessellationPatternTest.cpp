@@ -191,5 +191,29 @@ TEST(TessellationPattern, locatesPointsInTheirTriangle)
     }
 }
 
+TEST(TessellationPattern, chartPointsAreTheNearestOnTheLattice)
+{
+    for (unsigned factor = 1; factor <= TessellationPattern::kMaxFactor; factor += factor == 1 ? 1 : 2) {
+        const double units = ChartPoint::kUnits / (3.0 * factor);
+        for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
+            const auto b = TessellationPattern::barycentric(factor, v);
+            const ChartPoint point = TessellationPattern::chartPoint(factor, v);
+            const double rounding = 128 % factor == 0 ? 0.0 : 0.5 + 1e-9;
+            ASSERT_NEAR(point.u, units * b[1], rounding) << factor << " " << v;
+            ASSERT_NEAR(point.v, units * b[2], rounding) << factor << " " << v;
+            ASSERT_EQ(ChartPoint::fromBits(point.bits()), point);
+        }
+        for (unsigned side = 0; side < 3; ++side) { // exactly on it, and the same from both ends
+            for (unsigned t = 0; t < factor; ++t) {
+                const ChartPoint point = TessellationPattern::chartPoint(factor, side * factor + t);
+                const ChartPoint back = TessellationPattern::chartPoint(factor, (side * factor + factor - t) % (3 * factor));
+                const std::int32_t along = alongBorder(side, point);
+                ASSERT_EQ(borderParameter(side, along), point) << factor << " " << side << " " << t;
+                ASSERT_EQ(borderParameter(side, ChartPoint::kUnits - along), back) << factor << " " << side << " " << t;
+            }
+        }
+    }
+}
+
 } // namespace
 } // namespace osgTessLOD

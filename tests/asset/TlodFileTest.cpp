@@ -213,7 +213,8 @@ bool sameEdge(const LodEdge& a, const LodEdge& b)
 
 bool sameLevel(const LodLevel& a, const LodLevel& b)
 {
-    return a.vertices == b.vertices && std::equal(a.errors.begin(), a.errors.end(), b.errors.begin(), b.errors.end(),
+    return a.vertices == b.vertices && a.parameters == b.parameters &&
+           std::equal(a.errors.begin(), a.errors.end(), b.errors.begin(), b.errors.end(),
                                                   [](const LevelError& x, const LevelError& y) {
                                                       return x.quadratic == y.quadratic && x.isotropic == y.isotropic;
                                                   });
@@ -262,10 +263,15 @@ LodAsset makeDistinctAsset()
     return asset;
 }
 
-/// Small, so that ten thousand are quickly read.
+/// Small, so that ten thousand are quickly read; with chunks of all types.
+LodAsset smallAsset()
+{
+    return makeSyntheticDisplacedAsset(4);
+}
+
 const std::string& smallFile()
 {
-    static const std::string bytes = toBytes(makeSyntheticAsset(4));
+    static const std::string bytes = toBytes(smallAsset());
     return bytes;
 }
 
@@ -293,7 +299,7 @@ void expectSurvived(const std::string& file, std::uint64_t declared)
 TEST(TlodFile, everythingComesBack)
 {
     for (const LodAsset& asset : {makeDistinctAsset(), makeSyntheticAsset(16), makeSyntheticAsset(1, false),
-                                  makeSyntheticSheet(8), makeSyntheticMixedAsset(64)}) {
+                                  makeSyntheticSheet(8), makeSyntheticMixedAsset(64), makeSyntheticDisplacedAsset(32)}) {
         ASSERT_NO_THROW(asset.validate());
         expectSame(fromBytes(toBytes(asset)), asset);
     }
@@ -324,20 +330,21 @@ TEST(TlodFile, hasTheDocumentedLayout)
     EXPECT_EQ(assemble(chunks), file);
     std::string types;
     for (const Chunk& c : chunks) { types += c.type + std::to_string(c.level) + ' '; }
-    EXPECT_EQ(types, "META0 BASE0 EDGE0 PTCH0 LVLE0 LVLV0 LVLE1 LVLV1 LVLE2 LVLV2 NRML0 NRML1 NRML2 ");
+    EXPECT_EQ(types, "META0 BASE0 EDGE0 PTCH0 LVLE0 LVLV0 LVLE1 LVLV1 LVLP1 LVLE2 LVLV2 NRML0 NRML1 NRML2 ");
     EXPECT_EQ(chunks[1].contentBytes, 6U * 12);
     EXPECT_EQ(chunks[2].contentBytes, 12U * 20);
     EXPECT_EQ(chunks[3].contentBytes, 8U * 76);
-    EXPECT_EQ(chunks[8].contentBytes, 8U * 28);
-    EXPECT_EQ(chunks[9].contentBytes, 8U * 19 * 8);
-    EXPECT_EQ(chunks[12].contentBytes, 8U * 15 * 4);
+    EXPECT_EQ(chunks[8].contentBytes, 8U * 7 * 4);
+    EXPECT_EQ(chunks[9].contentBytes, 8U * 28);
+    EXPECT_EQ(chunks[10].contentBytes, 8U * 19 * 8);
+    EXPECT_EQ(chunks[13].contentBytes, 8U * 15 * 4);
 }
 
 TEST(TlodFile, tableOfContentsIsReadAlone)
 {
     const TemporaryDirectory directory;
     const std::string path = directory.file("a.tlod");
-    writeTlod(path, makeSyntheticAsset(4));
+    writeTlod(path, smallAsset());
     const auto chunks = disassemble(smallFile());
     const auto contents = readTlodContents(path);
     ASSERT_EQ(contents.size(), chunks.size());
@@ -354,7 +361,7 @@ TEST(TlodFile, isReadFromTheMiddleOfAStream)
 {
     std::istringstream stream("prefix" + smallFile());
     stream.seekg(6);
-    expectSame(readTlod(stream, "x"), makeSyntheticAsset(4));
+    expectSame(readTlod(stream, "x"), smallAsset());
 }
 
 TEST(TlodFile, takesLittleSpace)
@@ -473,12 +480,12 @@ TEST(TlodFile, everyFlippedByteIsAnError)
         EXPECT_THROW(fromBytes(file), AssetError) << "byte " << at; // a CRC notices every error within 32 bits
         file[at] = static_cast<char>(file[at] ^ flip);
     }
-    expectSame(fromBytes(file), makeSyntheticAsset(4));
+    expectSame(fromBytes(file), smallAsset());
 }
 
 TEST(TlodFile, survivesDamageBehindCorrectChecksums)
 {
-    const auto chunks = disassemble(toBytes(makeSyntheticAsset(2)));
+    const auto chunks = disassemble(toBytes(makeSyntheticDisplacedAsset(2)));
     std::mt19937 random(11);
     int accepted = 0;
     for (int k = 0; k < 6000; ++k) {
@@ -507,7 +514,7 @@ TEST(TlodFile, survivesDamagedTablesBehindACorrectChecksum)
             const std::size_t at = 8 + random() % (table - 8);
             file[at] = static_cast<char>(random() % 2 == 0 ? random() : file[at] ^ 1U << random() % 8);
         }
-        if (get<std::uint32_t>(file, 12) > 13) { put(file, 12, std::uint32_t{13}); }
+        if (get<std::uint32_t>(file, 12) > 14) { put(file, 12, std::uint32_t{14}); }
         sealHeader(file);
         expectSurvived(file, 256 * file.size()); // what it declares is now anything, but never more than this
     }
@@ -524,7 +531,9 @@ TEST(TlodFile, memoryStaysBelowTwiceTheContent)
         auto& texels = normals.normals.levels.emplace_back(normals.patches.size() * NormalTexture::texelCount(r));
         for (auto& texel : texels) { texel = static_cast<std::uint32_t>(random()); }
     }
-    for (const LodAsset& asset : {makeSyntheticSheet(64, 10), makeSyntheticSheet(1, 200, false), normals}) {
+    const LodAsset displaced = synthetic::build(synthetic::wavySheet(10), {1, 64}, false, {}, true);
+    for (const LodAsset& asset : {makeSyntheticSheet(64, 10), makeSyntheticSheet(1, 200, false), normals,
+                                  displaced}) {
         const std::string file = toBytes(asset);
         const std::uint64_t declared = declaredBytes(file);
         ASSERT_GT(declared, 2 * kMemoryConstant);
@@ -545,14 +554,45 @@ TEST(TlodFile, unknownChunksAreSkipped)
     chunks.push_back({"\1\2\3\4", 0, 0, "", 0});
     std::string file = assemble(chunks);
     file[file.find("whatever")] = 'W'; // not even its checksum matters
-    expectSame(fromBytes(file), makeSyntheticAsset(4));
+    expectSame(fromBytes(file), smallAsset());
+}
+
+TEST(TlodFile, parametersAreAChunkOfTheirOwn)
+{
+    // Readers that do not know it, and files without it, have the same asset but for the parameters.
+    auto chunks = disassemble(smallFile());
+    find(chunks, "LVLP", 1).type = "XTRA";
+    LodAsset asset = smallAsset();
+    asset.levels[1].parameters.clear();
+    expectSame(fromBytes(assemble(chunks)), asset);
+
+    chunks = disassemble(smallFile());
+    Chunk& parameters = find(chunks, "LVLP", 1);
+    const std::string content = contentOf(parameters);
+    parameters = rawChunk(parameters, content.substr(4));
+    expectFault(assemble(chunks), "LVLP 1: has 220 bytes of content, not 224");
+    parameters = rawChunk(parameters, content);
+    parameters.contentBytes = std::uint64_t{1} << 40;
+    expectFault(assemble(chunks), "LVLP 1: claims to expand more than 256 times");
+    parameters = rawChunk(parameters, std::string(content.size(), '\0'));
+    expectSame(fromBytes(assemble(chunks)), [&] { // all at the pattern's places
+        for (std::uint32_t v = 0; v < 8 * 7; ++v) {
+            asset.levels[1].parameters.push_back(TessellationPattern::chartPoint(2, v % 7).bits());
+        }
+        return asset;
+    }());
+    parameters = rawChunk(parameters, std::string(content.size(), '\1'));
+    expectFault(assemble(chunks), "some.tlod: patch 0, level 1, vertex 0: parameters are outside the patch");
+    chunks = disassemble(smallFile());
+    chunks.push_back({"LVLP", 3, 0, "", 0});
+    expectFault(assemble(chunks), "LVLP 3: is there twice or belongs to no level");
 }
 
 TEST(TlodFile, chunksMayComeInAnyOrder)
 {
     auto chunks = disassemble(smallFile());
     std::reverse(chunks.begin(), chunks.end());
-    expectSame(fromBytes(assemble(chunks)), makeSyntheticAsset(4));
+    expectSame(fromBytes(assemble(chunks)), smallAsset());
 }
 
 TEST(TlodFile, rejectsHostileHeaders)
@@ -597,6 +637,8 @@ TEST(TlodFile, rejectsHostileChunkLists)
         return assemble(changed);
     };
     for (const Chunk& chunk : chunks) {
+        expectFault(after([&](auto& c) { c.push_back(chunk); }), "is there twice or belongs to no level");
+        if (chunk.type == "LVLP") { continue; } // the only ones that need not be there
         expectFault(after([&](auto& c) {
                         const auto same = [&](const Chunk& x) {
                             return x.type == chunk.type && x.level == chunk.level;
@@ -604,7 +646,6 @@ TEST(TlodFile, rejectsHostileChunkLists)
                         c.erase(std::find_if(c.begin(), c.end(), same));
                     }),
                     chunk.type + ' ' + std::to_string(chunk.level) + " is missing");
-        expectFault(after([&](auto& c) { c.push_back(chunk); }), "is there twice or belongs to no level");
     }
     expectFault(after([](auto& c) {
                     c.push_back({"LVLV", 3, 0, "", 0});

@@ -74,6 +74,31 @@ TEST(VertexCodec, aFlatPatchIsAllZeroBehindItsBorder)
     EXPECT_GE(predicted, vertices.size() - (6 + 7 + 1));
 }
 
+TEST(VertexCodec, anyParametersComeBack)
+{
+    std::mt19937 random(9);
+    for (const unsigned factor : {1U, 2U, 6U, 64U, 128U}) {
+        std::vector<std::uint32_t> parameters(12 * std::size_t{TessellationPattern::vertexCount(factor)});
+        for (auto& p : parameters) { p = static_cast<std::uint32_t>(random()); }
+        std::vector<std::uint8_t> content(4 * parameters.size());
+        encodeParameters(factor, parameters, content.data());
+        auto result = asValues<std::uint32_t>(content);
+        decodeParameters(factor, result);
+        EXPECT_EQ(result, parameters) << factor;
+    }
+}
+
+TEST(VertexCodec, parametersAtThePatternsPlacesAreAllZero)
+{
+    std::vector<std::uint32_t> parameters;
+    for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(10); ++v) {
+        parameters.push_back(TessellationPattern::chartPoint(10, v).bits());
+    }
+    std::vector<std::uint8_t> content(4 * parameters.size(), 0xFF);
+    encodeParameters(10, parameters, content.data());
+    EXPECT_EQ(content, std::vector<std::uint8_t>(content.size(), 0));
+}
+
 TEST(VertexCodec, anyNormalsComeBack)
 {
     std::mt19937 random(6);

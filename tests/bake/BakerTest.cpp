@@ -145,6 +145,27 @@ TEST(Baker, RefusesTechniquesAndLaddersThatAreNone)
     EXPECT_THROW(bake("builtin:glacier", options), AssetError);
 }
 
+TEST(Baker, StripsStoreWhereTheirVerticesLie)
+{
+    BakeOptions options;
+    options.maxFactor = 8;
+    options.technique = "strips";
+    Progress progress;
+    BakeReport report;
+    const PatchedSurface surface = makeLevels("builtin:glacier", options, progress, report);
+    const LodAsset asset = bake("builtin:glacier", options);
+    for (std::size_t level = 0; level < asset.levels.size(); ++level) {
+        std::vector<std::uint32_t> expected;
+        for (const PatchLevels& levels : surface.hierarchy.patches) {
+            for (const ChartPoint& point : levels.parameters[level]) { expected.push_back(point.bits()); }
+        }
+        EXPECT_EQ(asset.levels[level].parameters, expected) << level;
+        EXPECT_EQ(expected.empty(), level == 0 || level == 3) << "the single triangle and the finest level lie as the pattern";
+    }
+    options.technique = "uniform";
+    for (const LodLevel& level : bake("builtin:glacier", options).levels) { EXPECT_TRUE(level.parameters.empty()); }
+}
+
 TEST(Baker, KeepsThePlaceAndSizeOfTheSource)
 {
     const TemporaryDirectory folder;

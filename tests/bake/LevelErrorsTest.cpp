@@ -238,7 +238,7 @@ TEST(MorphedLevels, AreWhatIsDrawn)
                     const bool inner = v >= 3U * kLadder[level];
                     const bool ofSide = inner ? level > 0 && parents[v] < kLadder[level - 1] : v < kLadder[level];
                     if (border < inside && ofSide) { continue; }
-                    const auto drawn = surface.tessLodSurfacePoint(p, edgeLevels, v);
+                    const auto drawn = surface.tessLodSurfacePoint(p, edgeLevels, v).position;
                     const Vector3d expected = s.map->frame().center + s.map->frame().scale * patch.positions[v];
                     for (std::size_t k = 0; k < 3; ++k) {
                         EXPECT_NEAR(static_cast<double>(drawn[k]), expected[static_cast<Eigen::Index>(k)],

@@ -198,7 +198,7 @@ TEST(PatchSelector, theEyeOnAnEdgesCentreIsSafe)
     // The middle of the border between base vertices (1,0,0) and (0,1,0), approached and reached.
     const PatchSelector selector(sphere());
     const MorphedSurface surface(sphere());
-    const auto center = surface.tessLodSurfacePoint(0, {4.0F, 4.0F, 4.0F}, 8);
+    const auto center = surface.tessLodSurfacePoint(0, {4.0F, 4.0F, 4.0F}, 8).position;
     const auto level =
         selector.edgeLevel(sphere().patches[0].edges[0], viewFrom({center[0], center[1], center[2]}), asking(1.0));
     EXPECT_EQ(level.level, 4.0F);
@@ -246,6 +246,36 @@ TEST(PatchSelector, groupsRecordsByLevel)
     EXPECT_GT(last, MorphedSurface::drawnLevel(result.records.front().edgeLevels)); // a view of several levels
 }
 
+TEST(MorphedSurface, weightsAreWhereThePositionIs)
+{
+    // On a plane positions are linear in the weights: at any levels, the one must be at the place of the other.
+    synthetic::Shape shape = synthetic::wavySheet(1);
+    shape.surface = [](const synthetic::Point& p) { return p; };
+    const LodAsset asset = synthetic::build(shape, synthetic::powersOfTwo(16), false, {}, true);
+    asset.validate();
+    const MorphedSurface surface(asset);
+    double largestShift = 0.0;
+    for (const std::array<float, 3>& levels :
+         {std::array<float, 3>{2.0F, 2.0F, 2.0F}, {3.0F, 3.0F, 3.0F}, {2.3F, 2.3F, 2.3F}, {0.4F, 1.0F, 2.6F}, {3.9F, 1.2F, 0.0F}}) {
+        const unsigned factor = asset.ladder[MorphedSurface::drawnLevel(levels)];
+        for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
+            for (std::uint32_t patch = 0; patch < 2; ++patch) {
+                const auto point = surface.tessLodSurfacePoint(patch, levels, v);
+                const TessellationPattern::Barycentric b = TessellationPattern::barycentric(factor, v);
+                for (std::size_t k = 0; k < 3; ++k) {
+                    double expected = 0.0;
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        expected += double{point.weights[c]} * shape.base[asset.patches[patch].baseVertices[c]][k];
+                    }
+                    EXPECT_NEAR(point.position[k], expected, 2e-5) << "patch " << patch << ", vertex " << v;
+                    largestShift = std::max(largestShift, std::fabs(double{point.weights[k]} - b[k] / (3.0 * factor)));
+                }
+            }
+        }
+    }
+    EXPECT_GT(largestShift, 0.1); // or the test shows little
+}
+
 TEST(MorphedSurface, borderLevelsReachTheirLimits)
 {
     const MorphedSurface surface(sphere());
@@ -256,8 +286,8 @@ TEST(MorphedSurface, borderLevelsReachTheirLimits)
         const std::uint32_t slot = sphere().levelSlots(3)[patch];
         for (std::uint32_t v = 0; v < fineCount; ++v) {
             const std::uint32_t parent = sphere().levels[3].vertices[slot * fineCount + v].parent();
-            const auto fine = surface.tessLodSurfacePoint(patch, {justAbove, justAbove, justAbove}, v);
-            const auto coarse = surface.tessLodSurfacePoint(patch, {2.0F, 2.0F, 2.0F}, parent);
+            const auto fine = surface.tessLodSurfacePoint(patch, {justAbove, justAbove, justAbove}, v).position;
+            const auto coarse = surface.tessLodSurfacePoint(patch, {2.0F, 2.0F, 2.0F}, parent).position;
             for (std::size_t k = 0; k < 3; ++k) { EXPECT_NEAR(fine[k], coarse[k], 1e-6); }
         }
     }

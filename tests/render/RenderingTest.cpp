@@ -164,6 +164,54 @@ TEST_F(Rendering, pointAndSpotLightsAreThoseOfFixedFunctionGeometry)
     }
 }
 
+TEST_F(Rendering, normalsAreLookedUpWhereVerticesLie)
+{
+    // A plane with the normals of steep waves: wherever its vertices lie, all levels and morphs are the same surface, and
+    // must look like the finest.
+    synthetic::Shape waves = synthetic::wavySheet(1);
+    waves.base = {{0.0, -0.5, -0.5}, {0.0, 0.5, -0.5}, {0.0, -0.5, 0.5}, {0.0, 0.5, 0.5}}; // faces the camera
+    synthetic::Shape plane = waves;
+    plane.surface = [](const synthetic::Point& p) { return p; };
+    waves.surface = [](const synthetic::Point& p) {
+        return synthetic::Point{0.2 * std::sin(9.0 * p[1]) * std::cos(8.0 * p[2]), p[1], p[2]};
+    };
+    const auto ladder = synthetic::powersOfTwo(16);
+    const auto withWaves = [&](bool displaced) {
+        LodAsset asset = synthetic::build(plane, ladder, false, {}, displaced);
+        asset.normals = synthetic::build(waves, ladder, true).normals;
+        asset.validate();
+        return asset;
+    };
+    const auto picture = [&](const LodAsset& asset, double errorPixels) {
+        root->removeChild(drawable.get());
+        drawable = new TessLODDrawable(std::make_shared<const LodAsset>(asset));
+        root->addChild(drawable.get());
+        ask(errorPixels);
+        frame();
+        std::vector<int> greys;
+        for (int y = 0; y < kSize; ++y) {
+            for (int x = 0; x < kSize; ++x) { greys.push_back(pixel(x, y)[1]); }
+        }
+        return greys;
+    };
+    const auto differing = [](const std::vector<int>& a, const std::vector<int>& b, int more) {
+        std::size_t count = 0;
+        for (std::size_t k = 0; k < a.size(); ++k) { count += std::abs(a[k] - b[k]) > more ? 1 : 0; }
+        return count;
+    };
+    lookFrom({3.0, 0.0, 0.0});
+    const LodAsset displaced = withWaves(true);
+    LodAsset dropped = displaced;
+    for (LodLevel& level : dropped.levels) { level.parameters.clear(); }
+    frame(); // a viewer's first frame is brighter
+    const std::vector<int> finest = picture(withWaves(false), 1e-6);
+    EXPECT_GT(differing(finest, std::vector<int>(finest.size(), finest[kSize * kSize / 2]), 40), 2000U) << "no waves";
+    for (const double errorPixels : {20.0, 10.0, 5.0, 3.0, 1.5, 0.7, 0.3}) {
+        EXPECT_LT(differing(finest, picture(displaced, errorPixels), 3), 20U) << errorPixels;
+    }
+    EXPECT_GT(differing(finest, picture(dropped, 1.5), 20), 500U); // or it does not matter where they lie
+}
+
 TEST_F(Rendering, showsLevelsAsColours)
 {
     root->getOrCreateStateSet()->setMode(GL_LIGHTING, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);

@@ -5,6 +5,9 @@
 #include <asset/SyntheticAsset.h>
 
 #include <osgTessLOD/asset/TessellationPattern.h>
+#include <osgTessLOD/render/ShaderSource.h>
+
+#include <osg/Program>
 
 #include <array>
 #include <cmath>
@@ -33,7 +36,7 @@ std::vector<Triangle> twinTriangles(const GpuAsset& asset, const PatchRecord& re
     for (const TessellationPattern::Triangle& t : pattern.triangles()) {
         Triangle corners{};
         for (std::size_t k = 0; k < 3; ++k) {
-            corners[k] = asset.surface().tessLodSurfacePoint(record.patch, record.edgeLevels, t[k]);
+            corners[k] = asset.surface().tessLodSurfacePoint(record.patch, record.edgeLevels, t[k]).position;
         }
         triangles.push_back(rotated(corners));
     }
@@ -129,6 +132,32 @@ osg::Vec3d randomEye(std::mt19937& random)
     return direction * std::exp(std::uniform_real_distribution<double>(0.0, 3.0)(random));
 }
 
+/// Every vertex of the drawn patterns, captured at these positions with these weights, is one of the twin's.
+void expectWeightsOfTwin(const GpuAsset& asset, const std::vector<PatchRecord>& records,
+                         const std::vector<osg::Vec3f>& positions, const std::vector<osg::Vec3f>& weights)
+{
+    ASSERT_EQ(positions.size(), weights.size());
+    std::size_t at = 0;
+    for (const PatchRecord& record : records) {
+        const unsigned factor = asset.asset().ladder[MorphedSurface::drawnLevel(record.edgeLevels)];
+        std::multimap<Vec3, Vec3> twins;
+        for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
+            const auto point = asset.surface().tessLodSurfacePoint(record.patch, record.edgeLevels, v);
+            ASSERT_NEAR(point.weights[0] + point.weights[1] + point.weights[2], 1.0, 1e-6);
+            twins.emplace(point.position, point.weights);
+        }
+        for (const std::size_t end = at + 3 * TessellationPattern::triangleCount(factor); at < end; ++at) {
+            const auto [first, last] = twins.equal_range({positions[at].x(), positions[at].y(), positions[at].z()});
+            const auto isDrawn = [&](const auto& twin) {
+                return (osg::Vec3f(twin.second[0], twin.second[1], twin.second[2]) - weights[at]).length() < 1e-6F;
+            };
+            ASSERT_TRUE(std::any_of(first, last, isDrawn))
+                << "patch " << record.patch << " at " << record.edgeLevels[0] << " " << record.edgeLevels[1] << " "
+                << record.edgeLevels[2];
+        }
+    }
+}
+
 class SurfaceCapture : public GlTest {
 protected:
     void expectSound(LodAsset made, unsigned count)
@@ -143,6 +172,38 @@ protected:
         }
     }
 };
+
+TEST_F(SurfaceCapture, parametersDoNotMoveTheSurface)
+{
+    expectSound(makeSyntheticDisplacedAsset(16), 10);
+}
+
+TEST_F(SurfaceCapture, weightsAreTheTwins)
+{
+    const osg::ref_ptr<osg::Program> program = new osg::Program;
+    program->addShader(createShader(osg::Shader::VERTEX, "tesslod_patch.vert", {}).get());
+    program->addShader(createShader(osg::Shader::TESSCONTROL, "tesslod_patch.tctrl", {}).get());
+    program->addShader(createShader(osg::Shader::TESSEVALUATION, "tesslod_patch.teval",
+                                    {"tesslod_pattern.glsl", "tesslod_surface.glsl"})
+                           .get());
+    program->addTransformFeedBackVarying("tessLodWeights");
+    program->setTransformFeedBackMode(GL_INTERLEAVED_ATTRIBS);
+    LodAsset dropped = makeSyntheticDisplacedAsset(16);
+    for (LodLevel& level : dropped.levels) { level.parameters.clear(); }
+    const std::vector<LodAsset> assets{makeSyntheticAsset(16), dropped, makeSyntheticDisplacedAsset(16),
+                                       withBorderParents(makeSyntheticDisplacedAsset(16))};
+    for (const LodAsset& made : assets) {
+        const osg::ref_ptr<GpuAsset> positions = makeGpuAsset(made);
+        const osg::ref_ptr<GpuAsset> weights = makeGpuAsset(made);
+        weights->captureState()->setAttributeAndModes(program.get(), osg::StateAttribute::ON | osg::StateAttribute::PROTECTED);
+        std::mt19937 random(8);
+        for (int k = 0; k < 10 && !HasFatalFailure(); ++k) {
+            std::vector<PatchRecord> records = randomRecords(made, random);
+            const std::vector<osg::Vec3f> at = capture(*positions, records);
+            expectWeightsOfTwin(*positions, records, at, capture(*weights, records));
+        }
+    }
+}
 
 TEST_F(SurfaceCapture, anyLegalLevelsGiveAClosedSurfaceEqualToTheTwin)
 {
@@ -226,8 +287,8 @@ double largestMove(const GpuAsset& asset, const PatchRecord& before, const Patch
             const std::uint32_t first = slot * TessellationPattern::vertexCount(a.ladder[level]);
             ancestor = a.levels[level].vertices[first + ancestor].parent();
         }
-        const Vec3 p = asset.surface().tessLodSurfacePoint(fine.patch, fine.edgeLevels, v);
-        const Vec3 q = asset.surface().tessLodSurfacePoint(coarse.patch, coarse.edgeLevels, ancestor);
+        const Vec3 p = asset.surface().tessLodSurfacePoint(fine.patch, fine.edgeLevels, v).position;
+        const Vec3 q = asset.surface().tessLodSurfacePoint(coarse.patch, coarse.edgeLevels, ancestor).position;
         largest = std::max(largest, (osg::Vec3d(p[0], p[1], p[2]) - osg::Vec3d(q[0], q[1], q[2])).length());
     }
     return largest;
