@@ -25,10 +25,10 @@ public:
     /// parameters.
     RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned factor, double tolerance, Progress& progress);
 
-    static constexpr unsigned kMostRounds = 16;
+    static constexpr unsigned kMostRounds = 24;
     static constexpr unsigned kEvenRounds = 2;
     static constexpr std::size_t kMostGrowth = 4;
-    static constexpr std::size_t kAlwaysAllowed = 256;
+    static constexpr std::size_t kAlwaysAllowed = 1024;
 
     const ControlMesh& base() const { return *_base; }
     std::uint64_t sourceTriangles() const override { return _base->sourceTriangles(); }

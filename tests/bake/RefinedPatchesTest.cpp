@@ -87,7 +87,8 @@ TEST(RefinedPatches, LeavesAloneWhatIsNearEnough)
 TEST(RefinedPatches, BisectsWhatIsNot)
 {
     const Refined coarse = refine(controlMesh(spikySphere(5), 8), 1e-2);
-    const Refined fine = refine(controlMesh(spikySphere(5), 8), 1e-4);
+    const Refined fine = refine(controlMesh(spikySphere(5), 8), 4e-3);
+    EXPECT_GT(coarse.map->topology().patches.size(), coarse.base->topology().patches.size());
     EXPECT_GT(fine.map->topology().patches.size(), coarse.map->topology().patches.size());
     expectSameSurface(coarse);
     expectSameSurface(fine);
@@ -122,7 +123,7 @@ TEST(RefinedPatches, KnowsThePatchOfEachSourceVertex)
 
 TEST(RefinedPatches, KeepsBoundaries)
 {
-    const Refined refined = refine(controlMesh(noisy(annulus(60, 10), 0.004, 62), 16), 1e-4);
+    const Refined refined = refine(controlMesh(noisy(annulus(60, 10), 0.004, 62), 16), 1e-3);
     EXPECT_GT(refined.map->topology().patches.size(), refined.base->topology().patches.size());
     expectSameSurface(refined);
 }
@@ -132,7 +133,7 @@ TEST(RefinedPatches, SphereOfFewestPatchesCanBeBisected)
     // As few patches as topology allows: neighbours share more than one edge.
     for (const std::size_t patches : {1U, 2U, 4U}) {
         auto base = controlMesh(sphere(4), patches);
-        ASSERT_NO_THROW(expectSameSurface(refine(std::move(base), 1e-4))) << "asked for " << patches;
+        ASSERT_NO_THROW(expectSameSurface(refine(std::move(base), 2e-3))) << "asked for " << patches;
     }
 }
 
