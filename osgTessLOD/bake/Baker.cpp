@@ -152,7 +152,7 @@ PatchedSurface makeLevels(const std::string& source, const BakeOptions& options,
                            [&] { return makeCharts(*surface.map, kReferenceOversampling * options.maxFactor, progress); });
     if (mesh != nullptr) {
         timed(report, "chart distance", [&] {
-            measureChartErrors(mesh->base().source(), mesh->patchOfSourceVertex(), surface.charts, progress);
+            measureChartErrors(mesh->base().source(), mesh->sourceSamples(), surface.charts, progress);
         });
     }
     surface.hierarchy = timed(report, "levels", [&] {

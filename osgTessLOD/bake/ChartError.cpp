@@ -9,32 +9,28 @@ namespace osgTessLOD::bake {
 
 using Eigen::Vector3d;
 
-SourceVerticesByPatch::SourceVerticesByPatch(const std::vector<std::uint32_t>& patchOfVertex, std::size_t patches)
-    : _first(patches + 1, 0)
-    , _vertices(patchOfVertex.size())
+SamplesByPatch::SamplesByPatch(const SourceSamples& samples, std::size_t patches)
+    : _samples(samples)
+    , _first(patches + 1, 0)
+    , _order(samples.patches.size())
 {
-    for (const std::uint32_t p : patchOfVertex) { ++_first[p + 1]; }
+    for (const std::uint32_t p : samples.patches) { ++_first[p + 1]; }
     for (std::size_t p = 0; p < patches; ++p) { _first[p + 1] += _first[p]; }
     std::vector<std::uint32_t> next(_first.begin(), _first.end() - 1);
-    for (std::size_t v = 0; v < patchOfVertex.size(); ++v) {
-        _vertices[next[patchOfVertex[v]]++] = static_cast<std::uint32_t>(v);
-    }
+    for (std::size_t i = 0; i < _order.size(); ++i) { _order[next[samples.patches[i]]++] = static_cast<std::uint32_t>(i); }
 }
 
 PatchDistance::PatchDistance(const SourceMesh& source)
-    : _source(source)
-    , _toSource(source.positions, source.triangles)
+    : _toSource(source.positions, source.triangles)
 {
 }
 
 double PatchDistance::twoSided(const std::vector<Vector3d>& positions, const TessellationPattern& pattern,
-                               const SourceVerticesByPatch::Range& sourceVertices) const
+                               const SamplesByPatch& samples, std::size_t patch) const
 {
     double largest = 0.0;
     const SurfaceDistance toPatch(positions, pattern.triangles());
-    for (const std::uint32_t v : sourceVertices) {
-        largest = std::max(largest, toPatch.distance(_source.positions[v]));
-    }
+    samples.forEach(patch, [&](const Vector3d& sample) { largest = std::max(largest, toPatch.distance(sample)); });
     // A sample is no farther from the source than from its triangle's vertices, which lie on it: most need no query.
     const auto visit = [&](const Vector3d& sample, const Vector3d& onSource) {
         if ((sample - onSource).norm() > largest) { largest = std::max(largest, _toSource.distance(sample)); }
@@ -52,15 +48,14 @@ double PatchDistance::twoSided(const std::vector<Vector3d>& positions, const Tes
     return largest;
 }
 
-void measureChartErrors(const SourceMesh& source, const std::vector<std::uint32_t>& patchOfVertex, ChartSet& set,
-                        Progress& progress)
+void measureChartErrors(const SourceMesh& source, const SourceSamples& samples, ChartSet& set, Progress& progress)
 {
     progress.begin("chart distance", set.charts.size(), "patches");
-    const SourceVerticesByPatch byPatch(patchOfVertex, set.charts.size());
+    const SamplesByPatch byPatch(samples, set.charts.size());
     const PatchDistance distance(source);
     const TessellationPattern pattern(set.factor);
     tbb::parallel_for(std::size_t{0}, set.charts.size(), [&](std::size_t p) {
-        set.charts[p].chartError = distance.twoSided(set.charts[p].positions, pattern, byPatch.of(p));
+        set.charts[p].chartError = distance.twoSided(set.charts[p].positions, pattern, byPatch, p);
         progress.step(1);
     });
     progress.end();

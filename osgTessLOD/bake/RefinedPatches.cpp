@@ -25,11 +25,22 @@ BisectionForest::Limits wholePatches()
     return limits;
 }
 
-std::vector<std::uint32_t> facesOf(const std::vector<FacePoint>& points)
+/// The source's vertices, then its edges' middles and its faces' centroids. Of a boundary edge's middle, whose face runs
+/// down the vertices' numbers, the face's other samples must do.
+std::vector<FacePoint> samplePoints(const SourceMesh& source)
 {
-    std::vector<std::uint32_t> faces(points.size());
-    std::transform(points.begin(), points.end(), faces.begin(), [](const FacePoint& point) { return point.face; });
-    return faces;
+    std::vector<FacePoint> points(source.positions.size());
+    for (std::uint32_t t = 0; t < source.triangles.size(); ++t) {
+        for (Eigen::Index k = 0; k < 3; ++k) {
+            const Vector3d corner = Vector3d::Unit(k);
+            const Vector3d next = Vector3d::Unit((k + 1) % 3);
+            const std::uint32_t v = source.triangles[t][static_cast<std::size_t>(k)];
+            points[v] = {t, corner};
+            if (v < source.triangles[t][static_cast<std::size_t>((k + 1) % 3)]) { points.push_back({t, 0.5 * (corner + next)}); }
+        }
+        points.push_back({t, Vector3d::Constant(1.0 / 3.0)});
+    }
+    return points;
 }
 
 } // namespace
@@ -37,6 +48,7 @@ std::vector<std::uint32_t> facesOf(const std::vector<FacePoint>& points)
 FacePoint RefinedPatches::Round::from(const FacePoint& before) const
 {
     const FacePoint inLeaf = cuts.toLeaf(before);
+    if (isWhole[patchOfLeaf[inLeaf.face]] != 0) { return {patchOfLeaf[inLeaf.face], inLeaf.barycentric}; }
     return even->toEven({patchOfLeaf[inLeaf.face], inLeaf.barycentric});
 }
 
@@ -54,16 +66,21 @@ RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned facto
     _name = _base->name();
     _topology = _base->topology();
     const std::size_t mostPatches = std::max(kMostGrowth * _topology.patches.size(), kAlwaysAllowed);
-    std::vector<FacePoint> sourceVertices(_base->source().positions.size());
-    tbb::parallel_for(std::size_t{0}, sourceVertices.size(),
-                      [&](std::size_t v) { sourceVertices[v] = _base->patchPointOf(static_cast<std::uint32_t>(v)); });
+    std::vector<FacePoint> samples = samplePoints(_base->source());
+    _samples.positions.resize(samples.size());
+    _samples.patches.resize(samples.size());
+    tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {
+        _samples.positions[i] = _base->position(samples[i]);
+        samples[i] = _base->toPatch(samples[i]);
+        _samples.patches[i] = samples[i].face;
+    });
 
     const PatchDistance distance(_base->source());
     const TessellationPattern pattern(factor);
     std::vector<char> isMeasured(_topology.patches.size(), 0);
     progress.begin("refine patches", _topology.patches.size(), "patches");
     for (unsigned round = 0; round <= kMostRounds; ++round) {
-        const SourceVerticesByPatch byPatch(facesOf(sourceVertices), _topology.patches.size());
+        const SamplesByPatch byPatch(_samples, _topology.patches.size());
         std::vector<double> error(_topology.patches.size(), 0.0);
         tbb::parallel_for(std::size_t{0}, error.size(), [&](std::size_t p) {
             if (isMeasured[p] != 0) { return; }
@@ -72,7 +89,7 @@ RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned facto
                 const auto b = TessellationPattern::barycentric(factor, v);
                 positions[v] = position({static_cast<std::uint32_t>(p), Vector3d(b[0], b[1], b[2]) / (3.0 * factor)});
             }
-            error[p] = distance.twoSided(positions, pattern, byPatch.of(p));
+            error[p] = distance.twoSided(positions, pattern, byPatch, p);
             progress.step(round == 0 ? 1 : 0);
         });
         std::vector<std::uint32_t> rough;
@@ -82,15 +99,14 @@ RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned facto
         if (rough.empty() || round == kMostRounds || _topology.patches.size() >= mostPatches) { break; }
         std::stable_sort(rough.begin(), rough.end(),
                          [&](std::uint32_t a, std::uint32_t b) { return error[a] > error[b]; });
-        isMeasured = bisect(rough, mostPatches, sourceVertices, progress);
+        isMeasured = bisect(rough, mostPatches, samples, progress);
     }
     progress.end();
-    _patchOfSourceVertex = facesOf(sourceVertices);
 }
 
 /// Bisects these patches, and others as far as no vertex may hang. Returns which patches are as they were.
 std::vector<char> RefinedPatches::bisect(const std::vector<std::uint32_t>& rough, std::size_t mostPatches,
-                                         std::vector<FacePoint>& sourceVertices, Progress& progress)
+                                         std::vector<FacePoint>& samples, Progress& progress)
 {
     const BisectionForest::Surface before = [this](std::uint32_t patch, const Vector3d& b) {
         return position({patch, b});
@@ -118,12 +134,13 @@ std::vector<char> RefinedPatches::bisect(const std::vector<std::uint32_t>& rough
         progress.step(0);
         return position(cuts.toPatch({leafOfPatch[patch], b}));
     };
-    std::vector<FacePoint> points;
-    tbb::parallel_for(std::size_t{0}, sourceVertices.size(), [&](std::size_t v) {
-        sourceVertices[v] = cuts.toLeaf(sourceVertices[v]);
-        sourceVertices[v].face = patchOfLeaf[sourceVertices[v].face];
+    tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {
+        samples[i] = cuts.toLeaf(samples[i]);
+        samples[i].face = patchOfLeaf[samples[i].face];
     });
-    std::copy_if(sourceVertices.begin(), sourceVertices.end(), std::back_inserter(points),
+    std::vector<FacePoint> points;
+    const auto vertices = static_cast<std::ptrdiff_t>(_base->source().positions.size());
+    std::copy_if(samples.begin(), samples.begin() + vertices, std::back_inserter(points),
                  [&](const FacePoint& point) { return isWhole[point.face] == 0; });
     PatchTopology topology =
         PatchTopology::build(static_cast<std::uint32_t>(cuts.vertices().size()), std::move(patches));
@@ -134,8 +151,10 @@ std::vector<char> RefinedPatches::bisect(const std::vector<std::uint32_t>& rough
     limits.isSpared = isKept;
     auto even =
         std::make_unique<StretchMap>(topology, BisectionForest(topology, ofLeaf, points, limits), isKept, progress);
-    tbb::parallel_for(std::size_t{0}, sourceVertices.size(),
-                      [&](std::size_t v) { sourceVertices[v] = even->toEven(sourceVertices[v]); });
+    tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {
+        if (isWhole[samples[i].face] == 0) { samples[i] = even->toEven(samples[i]); }
+        _samples.patches[i] = samples[i].face;
+    });
     _rounds.push_back({std::move(cuts), std::move(leafOfPatch), std::move(patchOfLeaf), isWhole, std::move(even)});
     _topology = std::move(topology);
     return isWhole;

@@ -3,6 +3,7 @@
 
 #include <osgTessLOD/Export.h>
 #include <osgTessLOD/bake/BisectionForest.h>
+#include <osgTessLOD/bake/ChartError.h>
 #include <osgTessLOD/bake/ControlMesh.h>
 #include <osgTessLOD/bake/PatchMap.h>
 #include <osgTessLOD/bake/Progress.h>
@@ -38,8 +39,8 @@ public:
     FacePoint fromBase(const FacePoint& basePoint) const;
     FacePoint toBase(const FacePoint& point) const;
 
-    /// The patch of each source vertex.
-    const std::vector<std::uint32_t>& patchOfSourceVertex() const { return _patchOfSourceVertex; }
+    /// The source's vertices, in their order, then its edges' middles and its faces' centroids, with the patch of each.
+    const SourceSamples& sourceSamples() const { return _samples; }
 
 private:
     /// Patches bisected, and the bijective map of each piece onto itself that makes its parameters even.
@@ -56,11 +57,11 @@ private:
 
     Eigen::Vector3d position(const FacePoint& point) const { return _base->position(_base->toSource(toBase(point))); }
     std::vector<char> bisect(const std::vector<std::uint32_t>& rough, std::size_t mostPatches,
-                             std::vector<FacePoint>& sourceVertices, Progress& progress);
+                             std::vector<FacePoint>& samples, Progress& progress);
 
     std::unique_ptr<ControlMesh> _base;
     std::vector<Round> _rounds;
-    std::vector<std::uint32_t> _patchOfSourceVertex;
+    SourceSamples _samples;
 };
 
 } // namespace osgTessLOD::bake

@@ -571,7 +571,7 @@ TEST(ChartError, IsAtLeastTheDistanceOfSourceVertices)
     std::vector<double> largest;
     for (const unsigned factor : {2U, 16U}) {
         ChartSet charts = makeCharts(*map, factor, progress);
-        measureChartErrors(map->source(), patchesOfVertices(*map), charts, progress);
+        measureChartErrors(map->source(), {map->source().positions, patchesOfVertices(*map)}, charts, progress);
         const TessellationPattern pattern(factor);
         std::vector<SurfaceDistance> toChart;
         largest.push_back(0.0);
@@ -602,7 +602,7 @@ TEST(ChartError, FlatMeshesHaveNone)
     Progress progress;
     const ControlMesh map(flatGrid(16), options, progress);
     ChartSet charts = makeCharts(map, 16, progress);
-    measureChartErrors(map.source(), patchesOfVertices(map), charts, progress);
+    measureChartErrors(map.source(), {map.source().positions, patchesOfVertices(map)}, charts, progress);
     for (const PatchChart& chart : charts.charts) { EXPECT_LT(chart.chartError, 1e-6); }
 }
 

@@ -101,7 +101,7 @@ TEST(RefinedPatches, PiecesOfARoughSurfaceAreNearEnough)
     const SourceMesh& source = refined.base->source();
     Progress progress;
     ChartSet charts = makeCharts(*refined.map, kFactor, progress);
-    measureChartErrors(source, refined.map->patchOfSourceVertex(), charts, progress);
+    measureChartErrors(source, refined.map->sourceSamples(), charts, progress);
     for (std::size_t p = 0; p < charts.charts.size(); ++p) {
         // Borders are sampled in one of their patches: its rounding is all that differs.
         EXPECT_LE(charts.charts[p].chartError, kTolerance + 1e-9) << "patch " << p;
@@ -111,14 +111,16 @@ TEST(RefinedPatches, PiecesOfARoughSurfaceAreNearEnough)
 TEST(RefinedPatches, KnowsThePatchOfEachSourceVertex)
 {
     const Refined refined = refine(controlMesh(spikySphere(5), 8), 1e-2);
-    const auto& patches = refined.map->patchOfSourceVertex();
-    ASSERT_EQ(patches.size(), refined.base->source().positions.size());
+    const auto& patches = refined.map->sourceSamples().patches;
+    const std::size_t vertices = refined.base->source().positions.size();
+    // A closed mesh of V vertices, E edges and F faces has all as samples.
+    ASSERT_EQ(patches.size(), vertices + 5 * refined.base->source().triangles.size() / 2);
     std::size_t same = 0;
-    for (std::uint32_t v = 0; v < patches.size(); ++v) {
+    for (std::uint32_t v = 0; v < vertices; ++v) {
         // On a border either side will do.
         same += patches[v] == refined.map->fromBase(refined.base->patchPointOf(v)).face ? 1 : 0;
     }
-    EXPECT_EQ(same, patches.size());
+    EXPECT_EQ(same, vertices);
 }
 
 TEST(RefinedPatches, KeepsBoundaries)

@@ -39,8 +39,8 @@ TEST_P(ScanAccuracy, FinestLevelIsWithinAThousandthOfTheDiagonal)
     EXPECT_LE(distance.symmetric(), report.levels.back().largestError);
 }
 
-// armadillo_86k.obj is not there: its source vertices are within 0.07 %, but the middle of one source edge is 0.17 % away,
-// for refinement measures vertices only (docs/benchmarks.md).
+// armadillo_86k.obj is not there: the middle of one of its edges is 0.17 % away, though its patch was measured to be nearer
+// (docs/benchmarks.md).
 INSTANTIATE_TEST_SUITE_P(Scans, ScanAccuracy,
                          testing::Values("bunny_69k.ply", "turbine_199k.ply", "engine_635k.ply",
                                          "dragon_871k.ply"));
