@@ -15,36 +15,30 @@ namespace osgTessLOD::bake {
 
 namespace {
 
+using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-/// Nearest point to p on the triangle abc (Ericson, Real-Time Collision Detection, §5.1.5).
-Vector3f closestPoint(const Vector3f& p, const Vector3f& a, const Vector3f& b, const Vector3f& c)
+/// Squared distance from the origin to the segment ab.
+double squaredDistanceToSegment(const Vector3d& a, const Vector3d& b)
 {
-    const Vector3f ab = b - a;
-    const Vector3f ac = c - a;
-    const Vector3f ap = p - a;
-    const float d1 = ab.dot(ap);
-    const float d2 = ac.dot(ap);
-    if (d1 <= 0.0F && d2 <= 0.0F) { return a; }
-    const Vector3f bp = p - b;
-    const float d3 = ab.dot(bp);
-    const float d4 = ac.dot(bp);
-    if (d3 >= 0.0F && d4 <= d3) { return b; }
-    const float vc = d1 * d4 - d3 * d2;
-    if (vc <= 0.0F && d1 >= 0.0F && d3 <= 0.0F) { return a + ab * (d1 / (d1 - d3)); }
-    const Vector3f cp = p - c;
-    const float d5 = ab.dot(cp);
-    const float d6 = ac.dot(cp);
-    if (d6 >= 0.0F && d5 <= d6) { return c; }
-    const float vb = d5 * d2 - d1 * d6;
-    if (vb <= 0.0F && d2 >= 0.0F && d6 <= 0.0F) { return a + ac * (d2 / (d2 - d6)); }
-    const float va = d3 * d6 - d5 * d4;
-    if (va <= 0.0F && d4 - d3 >= 0.0F && d5 - d6 >= 0.0F) {
-        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
-    }
-    const float sum = va + vb + vc;
-    if (!(std::fabs(sum) > 0.0F)) { return a; }
-    return a + ab * (vb / sum) + ac * (vc / sum);
+    const Vector3d ab = b - a;
+    const double length = ab.squaredNorm();
+    const double at = length > 0.0 ? std::clamp(-a.dot(ab) / length, 0.0, 1.0) : 0.0;
+    return (a + at * ab).squaredNorm();
+}
+
+/// Distance from the origin to the triangle abc: to its plane if the foot of the perpendicular is inside, else to its
+/// nearest side. The sides are asked in any case, so that a sliver, whose plane rounding turns, is still measured well.
+double distanceToTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c)
+{
+    const double toSides =
+        std::min({squaredDistanceToSegment(a, b), squaredDistanceToSegment(b, c), squaredDistanceToSegment(c, a)});
+    const Vector3d normal = (b - a).cross(c - a);
+    const bool isAbove =
+        normal.dot(a.cross(b)) >= 0.0 && normal.dot(b.cross(c)) >= 0.0 && normal.dot(c.cross(a)) >= 0.0;
+    const double area = normal.norm();
+    if (!isAbove || !(area > 0.0)) { return std::sqrt(toSides); }
+    return std::min(std::sqrt(toSides), std::fabs(normal.dot(a)) / area);
 }
 
 RTCDevice sharedDevice()
@@ -70,17 +64,20 @@ struct SurfaceDistance::Scene {
     {
         if (handle != nullptr) { rtcReleaseScene(handle); }
     }
-    Vector3f vertex(std::uint32_t v) const { return {vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]}; }
+    Vector3d vertex(std::uint32_t v) const
+    {
+        return Vector3f(vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]).cast<double>();
+    }
 
     static bool visit(RTCPointQueryFunctionArguments* arguments)
     {
         const Scene& scene = *static_cast<const Scene*>(arguments->userPtr);
         const std::uint32_t* corners = scene.indices + 3 * static_cast<std::size_t>(arguments->primID);
-        const Vector3f p(arguments->query->x, arguments->query->y, arguments->query->z);
-        const float distance =
-            (closestPoint(p, scene.vertex(corners[0]), scene.vertex(corners[1]), scene.vertex(corners[2])) - p).norm();
-        if (distance >= arguments->query->radius) { return false; }
-        arguments->query->radius = distance;
+        const Vector3d p = Vector3f(arguments->query->x, arguments->query->y, arguments->query->z).cast<double>();
+        const double distance = distanceToTriangle(scene.vertex(corners[0]) - p, scene.vertex(corners[1]) - p,
+                                                   scene.vertex(corners[2]) - p);
+        if (!(distance < static_cast<double>(arguments->query->radius))) { return false; }
+        arguments->query->radius = static_cast<float>(distance);
         return true;
     }
 };

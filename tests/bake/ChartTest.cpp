@@ -533,30 +533,6 @@ TEST_P(Charts, BoundsHoldEveryLevel)
 
 // -------------------------------------------------------------------------------------------------------- distances ---
 
-TEST(SurfaceDistance, OfAPlaneAndItsBorder)
-{
-    const std::vector<Vector3d> positions{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    const std::vector<std::array<std::uint32_t, 3>> triangles{{0, 1, 2}, {0, 2, 3}};
-    const SurfaceDistance plane(positions, triangles);
-    EXPECT_NEAR(plane.distance({0.3, 0.4, 0.0}), 0.0, 1e-7);
-    EXPECT_NEAR(plane.distance({0.3, 0.4, -0.5}), 0.5, 1e-6);
-    EXPECT_NEAR(plane.distance({0.5, -3.0, 4.0}), 5.0, 1e-6);
-    EXPECT_NEAR(plane.distance({-2.0, -2.0, 1.0}), 3.0, 1e-6);
-}
-
-TEST(SurfaceDistance, HausdorffSeesWhatOnlyOneSurfaceHas)
-{
-    const std::vector<Vector3d> square{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    const std::vector<Vector3d> half{{0, 0, 0.25}, {1, 0, 0.25}, {1, 1, 0.25}};
-    const std::vector<std::array<std::uint32_t, 3>> two{{0, 1, 2}, {0, 2, 3}};
-    const std::vector<std::array<std::uint32_t, 3>> one{{0, 1, 2}};
-    const HausdorffDistance d = hausdorffDistance({square, two}, {half, one});
-    // From the corner (0, 1) to the diagonal, and up.
-    EXPECT_NEAR(d.forward, std::sqrt(0.5 + 0.0625), 1e-6);
-    EXPECT_NEAR(d.backward, 0.25, 1e-6);
-    EXPECT_EQ(d.symmetric(), d.forward);
-}
-
 std::vector<std::uint32_t> patchesOfVertices(const ControlMesh& map)
 {
     std::vector<std::uint32_t> patches;

@@ -39,11 +39,9 @@ TEST_P(ScanAccuracy, FinestLevelIsWithinAThousandthOfTheDiagonal)
     EXPECT_LE(distance.symmetric(), report.levels.back().largestError);
 }
 
-// armadillo_86k.obj is not there: the middle of one of its edges is 0.17 % away, though its patch was measured to be nearer
-// (docs/benchmarks.md).
 INSTANTIATE_TEST_SUITE_P(Scans, ScanAccuracy,
-                         testing::Values("bunny_69k.ply", "turbine_199k.ply", "engine_635k.ply",
-                                         "dragon_871k.ply"));
+                         testing::Values("bunny_69k.ply", "armadillo_86k.obj", "turbine_199k.ply",
+                                         "engine_635k.ply", "dragon_871k.ply"));
 
 } // namespace
 } // namespace osgTessLOD::bake
