@@ -238,7 +238,9 @@ void checkParameters(std::size_t p, const PatchLevel& at)
 {
     if (at.parameters == nullptr) { return; }
     for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(at.factor); ++v) {
-        if (!ChartPoint::fromBits(at.parameters[v]).isInside()) { failAt(p, at, v, "parameters are outside the patch"); }
+        if (!ChartPoint::fromBits(at.parameters[v]).isInside()) {
+            failAt(p, at, v, "parameters are outside the patch");
+        }
     }
     for (unsigned side = 0; side < 3; ++side) {
         if (at.parameterOnSide(side, 0) != borderParameter(side, 0)) {

@@ -166,7 +166,8 @@ std::uint32_t combineHalves(std::uint32_t x, std::uint32_t y)
 }
 
 /// Writes the difference of both halves of values[v] from `predicted` to its planes.
-void storeHalves(const std::vector<std::uint32_t>& values, std::size_t v, std::uint32_t predicted, std::uint8_t* content)
+void storeHalves(const std::vector<std::uint32_t>& values, std::size_t v, std::uint32_t predicted,
+                 std::uint8_t* content)
 {
     const std::uint32_t x = foldHalf((values[v] & 0xFFFFU) - (predicted & 0xFFFFU));
     const std::uint32_t y = foldHalf((values[v] >> 16) - (predicted >> 16));

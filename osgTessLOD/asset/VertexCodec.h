@@ -31,7 +31,8 @@ OSGTESSLOD_EXPORT void decodeVertices(unsigned factor, std::vector<LodVertex>& v
 
 /// As encodeVertices for LodLevel::parameters, 4 · parameters.size() bytes. A vertex is predicted to lie where the pattern
 /// has it. Any content gives some numbers, not all of them points of the patch.
-OSGTESSLOD_EXPORT void encodeParameters(unsigned factor, const std::vector<std::uint32_t>& parameters, std::uint8_t* content);
+OSGTESSLOD_EXPORT void encodeParameters(unsigned factor, const std::vector<std::uint32_t>& parameters,
+                                        std::uint8_t* content);
 OSGTESSLOD_EXPORT void decodeParameters(unsigned factor, std::vector<std::uint32_t>& parameters);
 
 /// As encodeVertices for one resolution of a NormalTexture, 4 · normals.size() bytes. A normal is predicted as the one

@@ -129,7 +129,8 @@ public:
         for (std::size_t level = 0; level < lattice.size(); ++level) {
             storeVertices(lattice[level], low, level == 0 ? nullptr : &levels.parents[level],
                           &asset.levels[level].vertices[p * lattice[level].size()]);
-            storeParameters(levels, level, p, asset.levels[level].parameters);
+            std::vector<std::uint32_t>& parameters = asset.levels[level].parameters;
+            if (!parameters.empty()) { storeParameters(levels, level, &parameters[p * lattice[level].size()]); }
             for (std::size_t v = 0; v < lattice[level].size(); ++v) {
                 stored.positions[level][v] = _frame.fromLattice(lattice[level][v]);
             }
@@ -167,16 +168,14 @@ private:
         }
     }
 
-    void storeParameters(const PatchLevels& levels, std::size_t level, std::size_t p,
-                         std::vector<std::uint32_t>& parameters) const
+    void storeParameters(const PatchLevels& levels, std::size_t level, std::uint32_t* parameters) const
     {
-        if (parameters.empty()) { return; }
-        const std::uint32_t count = _patterns[level].vertexCount();
-        for (std::uint32_t v = 0; v < count; ++v) {
+        const TessellationPattern& pattern = _patterns[level];
+        for (std::uint32_t v = 0; v < pattern.vertexCount(); ++v) {
             const ChartPoint point = hasParameters(levels, level)
                                          ? levels.parameters[level][v]
-                                         : TessellationPattern::chartPoint(_patterns[level].factor(), v);
-            parameters[p * count + v] = point.bits();
+                                         : TessellationPattern::chartPoint(pattern.factor(), v);
+            parameters[v] = point.bits();
         }
     }
 

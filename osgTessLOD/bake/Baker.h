@@ -27,7 +27,7 @@ struct BakeOptions {
     /// Patches of a mesh are bisected until their finest level is estimated to be this near, in units of the model's size.
     double patchTolerance = 0.0007;
     std::uint64_t builtinTriangles = 0;     ///< for builtin sources; 0: their own size
-    std::string technique = "uniform";      ///< how levels are made: one of techniqueNames()
+    std::string technique = "strips";       ///< how levels are made: one of techniqueNames()
     StripOptions strips;                    ///< for technique "strips"
     /// Rising factors of the levels, 1 and even ones, the last one maxFactor; empty: powers of two. `strips` only.
     std::vector<std::uint16_t> ladder;

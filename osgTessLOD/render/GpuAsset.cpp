@@ -230,7 +230,8 @@ const GpuAsset::Proxy& GpuAsset::proxy() const
             const unsigned factor = _asset->ladder[MorphedSurface::drawnLevel(record.edgeLevels)];
             const auto first = static_cast<unsigned>(_proxy.vertices.size());
             for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
-                const MorphedSurface::Vec3 p = _surface.tessLodSurfacePoint(record.patch, record.edgeLevels, v).position;
+                const MorphedSurface::Vec3 p =
+                    _surface.tessLodSurfacePoint(record.patch, record.edgeLevels, v).position;
                 _proxy.vertices.emplace_back(p[0], p[1], p[2]);
             }
             const TessellationPattern pattern(factor);

@@ -77,7 +77,7 @@ private:
         osg::ref_ptr<osg::Array> data;
         osg::ref_ptr<osg::TextureBuffer> texture;
     };
-    std::vector<Buffer> _buffers; ///< vertices, patch table; normals and parameters if there are
+    std::vector<Buffer> _buffers;               ///< vertices, patch table; normals and parameters if there are
     std::vector<std::int32_t> _parameterShifts; ///< per level, tessLodParameterShifts; empty: no buffer of them
     std::int64_t _largestBufferTexels = 0;
     osg::ref_ptr<osg::Referenced> _programs; ///< shared by all assets

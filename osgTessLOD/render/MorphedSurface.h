@@ -10,8 +10,7 @@
 
 namespace osgTessLOD {
 
-/// Vertices of an asset at continuous levels, on the CPU: twin of shaders/tesslod_surface.glsl. Positions are the same to the
-/// bit.
+/// Vertices of an asset at continuous levels, on the CPU: twin of shaders/tesslod_surface.glsl, positions to the bit.
 /// Keeps a reference to the asset, which must outlive it.
 class OSGTESSLOD_EXPORT MorphedSurface {
 public:
@@ -20,7 +19,7 @@ public:
     /// A point of the surface.
     struct TessLodPoint {
         Vec3 position; ///< asset frame
-        Vec3 weights;  ///< of the patch's corners, sum 1: where in the patch the point lies, what its normal is looked up by
+        Vec3 weights;  ///< of the patch's corners, sum 1: where its normal is looked up
     };
 
     explicit MorphedSurface(const LodAsset& asset);
@@ -33,10 +32,10 @@ public:
     /// Index of the first vertex of each level; one more entry than levels.
     const std::vector<std::uint64_t>& levelStarts() const { return _levelStarts; }
 
-    /// Vertex `index` of the pattern that `patch` is drawn with when its sides are at
-    /// these continuous levels: the pattern of level ⌈largest⌉. Each level must be ≤ the finest of its edge (so that both
-    /// sides have it).
-    TessLodPoint tessLodSurfacePoint(std::uint32_t patch, const std::array<float, 3>& edgeLevels, std::uint32_t index) const;
+    /// Vertex `index` of the pattern that `patch` is drawn with when its sides are at these continuous levels: the pattern of
+    /// level ⌈largest⌉. Each level must be ≤ the finest of its edge (so that both sides have it).
+    TessLodPoint tessLodSurfacePoint(std::uint32_t patch, const std::array<float, 3>& edgeLevels,
+                                     std::uint32_t index) const;
 
     /// The level whose pattern these sides are drawn with.
     static unsigned drawnLevel(const std::array<float, 3>& edgeLevels);

@@ -68,6 +68,8 @@ TEST(LodAsset, syntheticAssetsAreValid)
         EXPECT_NO_THROW(makeSyntheticDisplacedAsset(factor).validate()) << factor;
         EXPECT_NO_THROW(makeSyntheticMixedAsset(factor).validate()) << factor;
     }
+    EXPECT_NO_THROW(
+        synthetic::build(synthetic::bumpySphere(), {1, 2, 6, 10, 16}, true, {4, 2, 1, 4, 0, 3, 2, 4}, true).validate());
     const LodAsset asset = makeSyntheticAsset(16);
     EXPECT_EQ(asset.patches.size(), 8U);
     EXPECT_EQ(asset.edges.size(), 12U);
@@ -229,9 +231,14 @@ const std::vector<Corruption>& parameterCorruptions()
         {"level 2: 151 parameters, not 152 or none", [](LodAsset& a) { a.levels[2].parameters.pop_back(); }},
         {"level 3: 1 parameters, not", [](LodAsset& a) { a.levels[3].parameters.push_back(0); }},
         {"patch 4, level 2, vertex 13: parameters are outside",
-         [](LodAsset& a) { parameter(a, 13) = ChartPoint{kUnits / 2, kUnits / 2 + 1}.bits(); }},
+         [](LodAsset& a) {
+             parameter(a, 13) = ChartPoint{kUnits / 2, kUnits / 2 + 1}.bits();
+         }},
         {"vertex 13: parameters are outside", [](LodAsset& a) { parameter(a, 13) = 0xFFFF; }},
-        {"vertex 4: parameters of a corner", [](LodAsset& a) { parameter(a, 4) = ChartPoint{kUnits - 1, 1}.bits(); }},
+        {"vertex 4: parameters of a corner",
+         [](LodAsset& a) {
+             parameter(a, 4) = ChartPoint{kUnits - 1, 1}.bits();
+         }},
         {"vertex 1: parameters are not on", [](LodAsset& a) { parameter(a, 1) += 1U << 16; }},
         {"vertex 5: parameters are not on", [](LodAsset& a) { parameter(a, 5) -= 1; }},
         {"vertex 9: parameters are not on", [](LodAsset& a) { parameter(a, 9) += 1; }},
@@ -262,7 +269,10 @@ TEST(LodAsset, rejectsWrongTopology) { expectRejected(topologyCorruptions()); }
 
 TEST(LodAsset, rejectsWrongLevels) { expectRejected(levelCorruptions()); }
 
-TEST(LodAsset, rejectsWrongParameters) { expectRejected(parameterCorruptions(), makeSyntheticDisplacedAsset(8)); }
+TEST(LodAsset, rejectsWrongParameters)
+{
+    expectRejected(parameterCorruptions(), makeSyntheticDisplacedAsset(8));
+}
 
 TEST(LodAsset, sharedBordersAreComparedUpToTheEdgesFinestLevelOnly)
 {

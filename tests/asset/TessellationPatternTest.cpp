@@ -206,7 +206,8 @@ TEST(TessellationPattern, chartPointsAreTheNearestOnTheLattice)
         for (unsigned side = 0; side < 3; ++side) { // exactly on it, and the same from both ends
             for (unsigned t = 0; t < factor; ++t) {
                 const ChartPoint point = TessellationPattern::chartPoint(factor, side * factor + t);
-                const ChartPoint back = TessellationPattern::chartPoint(factor, (side * factor + factor - t) % (3 * factor));
+                const ChartPoint back =
+                    TessellationPattern::chartPoint(factor, (side * factor + factor - t) % (3 * factor));
                 const std::int32_t along = alongBorder(side, point);
                 ASSERT_EQ(borderParameter(side, along), point) << factor << " " << side << " " << t;
                 ASSERT_EQ(borderParameter(side, ChartPoint::kUnits - along), back) << factor << " " << side << " " << t;

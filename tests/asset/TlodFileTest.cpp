@@ -215,9 +215,9 @@ bool sameLevel(const LodLevel& a, const LodLevel& b)
 {
     return a.vertices == b.vertices && a.parameters == b.parameters &&
            std::equal(a.errors.begin(), a.errors.end(), b.errors.begin(), b.errors.end(),
-                                                  [](const LevelError& x, const LevelError& y) {
-                                                      return x.quadratic == y.quadratic && x.isotropic == y.isotropic;
-                                                  });
+                      [](const LevelError& x, const LevelError& y) {
+                          return x.quadratic == y.quadratic && x.isotropic == y.isotropic;
+                      });
 }
 
 template <class Item, class Same>
@@ -298,8 +298,9 @@ void expectSurvived(const std::string& file, std::uint64_t declared)
 
 TEST(TlodFile, everythingComesBack)
 {
-    for (const LodAsset& asset : {makeDistinctAsset(), makeSyntheticAsset(16), makeSyntheticAsset(1, false),
-                                  makeSyntheticSheet(8), makeSyntheticMixedAsset(64), makeSyntheticDisplacedAsset(32)}) {
+    for (const LodAsset& asset :
+         {makeDistinctAsset(), makeSyntheticAsset(16), makeSyntheticAsset(1, false), makeSyntheticSheet(8),
+          makeSyntheticMixedAsset(64), makeSyntheticDisplacedAsset(32)}) {
         ASSERT_NO_THROW(asset.validate());
         expectSame(fromBytes(toBytes(asset)), asset);
     }
@@ -532,8 +533,7 @@ TEST(TlodFile, memoryStaysBelowTwiceTheContent)
         for (auto& texel : texels) { texel = static_cast<std::uint32_t>(random()); }
     }
     const LodAsset displaced = synthetic::build(synthetic::wavySheet(10), {1, 64}, false, {}, true);
-    for (const LodAsset& asset : {makeSyntheticSheet(64, 10), makeSyntheticSheet(1, 200, false), normals,
-                                  displaced}) {
+    for (const LodAsset& asset : {makeSyntheticSheet(64, 10), makeSyntheticSheet(1, 200, false), normals, displaced}) {
         const std::string file = toBytes(asset);
         const std::uint64_t declared = declaredBytes(file);
         ASSERT_GT(declared, 2 * kMemoryConstant);

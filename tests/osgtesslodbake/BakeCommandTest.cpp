@@ -177,7 +177,7 @@ TEST_F(BakeCommand, BakesChecksAndDescribes)
     const Outcome info = run({"--info", path});
     EXPECT_EQ(info.code, 0) << info.errors;
     const auto json = nlohmann::json::parse(info.output);
-    EXPECT_EQ(json["technique"], "uniform");
+    EXPECT_EQ(json["technique"], "strips");
     EXPECT_EQ(json["source"], "torus.off");
     EXPECT_EQ(json["source_triangles"], 1280);
     EXPECT_EQ(json["ladder"], nlohmann::json({1, 2, 4, 8}));
@@ -194,6 +194,15 @@ TEST_F(BakeCommand, BakesChecksAndDescribes)
     EXPECT_EQ(json["base_vertices"], patches / 2) << "Euler characteristic 0";
     EXPECT_EQ(json["file_bytes"], std::filesystem::file_size(path));
     EXPECT_EQ(json["normal_resolution"], 16);
+    std::uint64_t vertexBytes = 0;
+    std::uint64_t parameterBytes = 0;
+    for (const auto& chunk : json["chunks"]) {
+        if (chunk["type"] == "LVLV") { vertexBytes += chunk["stored_bytes"].get<std::uint64_t>(); }
+        if (chunk["type"] == "LVLP") { parameterBytes += chunk["stored_bytes"].get<std::uint64_t>(); }
+    }
+    EXPECT_GT(parameterBytes, 0U);
+    EXPECT_DOUBLE_EQ(json["vertex_bytes_per_finest_vertex"].get<double>(),
+                     static_cast<double>(vertexBytes + parameterBytes) / json["levels"][3]["vertices"].get<double>());
 
     const auto told = nlohmann::json::parse(readBytes(report));
     EXPECT_EQ(told["levels"].size(), 4U);

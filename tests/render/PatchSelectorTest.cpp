@@ -255,8 +255,11 @@ TEST(MorphedSurface, weightsAreWhereThePositionIs)
     asset.validate();
     const MorphedSurface surface(asset);
     double largestShift = 0.0;
-    for (const std::array<float, 3>& levels :
-         {std::array<float, 3>{2.0F, 2.0F, 2.0F}, {3.0F, 3.0F, 3.0F}, {2.3F, 2.3F, 2.3F}, {0.4F, 1.0F, 2.6F}, {3.9F, 1.2F, 0.0F}}) {
+    for (const std::array<float, 3>& levels : {std::array<float, 3>{2.0F, 2.0F, 2.0F},
+                                               {3.0F, 3.0F, 3.0F},
+                                               {2.3F, 2.3F, 2.3F},
+                                               {0.4F, 1.0F, 2.6F},
+                                               {3.9F, 1.2F, 0.0F}}) {
         const unsigned factor = asset.ladder[MorphedSurface::drawnLevel(levels)];
         for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
             for (std::uint32_t patch = 0; patch < 2; ++patch) {

@@ -190,12 +190,15 @@ TEST_F(SurfaceCapture, weightsAreTheTwins)
     program->setTransformFeedBackMode(GL_INTERLEAVED_ATTRIBS);
     LodAsset dropped = makeSyntheticDisplacedAsset(16);
     for (LodLevel& level : dropped.levels) { level.parameters.clear(); }
-    const std::vector<LodAsset> assets{makeSyntheticAsset(16), dropped, makeSyntheticDisplacedAsset(16),
-                                       withBorderParents(makeSyntheticDisplacedAsset(16))};
+    const std::vector<LodAsset> assets{
+        makeSyntheticAsset(16), dropped, makeSyntheticDisplacedAsset(16),
+        withBorderParents(makeSyntheticDisplacedAsset(16)),
+        synthetic::build(synthetic::bumpySphere(), synthetic::powersOfTwo(16), true, {4, 2, 1, 4, 0, 3, 2, 4}, true)};
     for (const LodAsset& made : assets) {
         const osg::ref_ptr<GpuAsset> positions = makeGpuAsset(made);
         const osg::ref_ptr<GpuAsset> weights = makeGpuAsset(made);
-        weights->captureState()->setAttributeAndModes(program.get(), osg::StateAttribute::ON | osg::StateAttribute::PROTECTED);
+        weights->captureState()->setAttributeAndModes(program.get(),
+                                                      osg::StateAttribute::ON | osg::StateAttribute::PROTECTED);
         std::mt19937 random(8);
         for (int k = 0; k < 10 && !HasFatalFailure(); ++k) {
             std::vector<PatchRecord> records = randomRecords(made, random);
