@@ -15,6 +15,7 @@ namespace osgTessLOD::bake {
 namespace {
 
 using Eigen::Vector3d;
+using Eigen::Vector3f;
 using VectorL = Eigen::Matrix<long double, 3, 1>;
 
 /// Distance from p to the convex hull of the points: the nearest point of all the affine hulls of some of them that is in
@@ -42,11 +43,6 @@ double distanceToHull(const Vector3d& p, const std::array<Vector3d, 3>& points)
     return static_cast<double>(nearest);
 }
 
-Vector3d single(const Vector3d& v)
-{
-    return v.cast<float>().cast<double>();
-}
-
 double distance(const Vector3d& p, const std::array<Vector3d, 3>& corners)
 {
     // The box's centre is the origin, so that positions in single precision are kept as they are.
@@ -57,19 +53,20 @@ double distance(const Vector3d& p, const std::array<Vector3d, 3>& corners)
 TEST(SurfaceDistance, IsExactToSinglePrecisionForSliversToo)
 {
     std::mt19937 random(7);
-    std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
-    const auto point = [&] { return Vector3d(coordinate(random), coordinate(random), coordinate(random)); };
+    std::uniform_real_distribution<float> coordinate(-1.0F, 1.0F);
+    const auto point = [&] { return Vector3f(coordinate(random), coordinate(random), coordinate(random)); };
+    const auto upToOne = [&](float decades) { return std::pow(10.0F, 0.5F * decades * (coordinate(random) - 1.0F)); };
     for (int i = 0; i < 20000; ++i) {
-        const double size = std::pow(10.0, 2.0 * coordinate(random) - 2.0);
-        const double width = std::pow(10.0, 3.0 * coordinate(random) - 3.0);
-        const Vector3d a = point();
-        const Vector3d along = size * point();
-        const std::array<Vector3d, 3> corners{single(a), single(a + along),
-                                              single(a + 0.5 * (1.0 + coordinate(random)) * along + width * size * point())};
-        const Vector3d p = single(a + 0.5 * along + size * std::pow(10.0, 3.0 * coordinate(random) - 3.0) * point());
+        const float size = upToOne(4.0F);
+        const Vector3f a = point();
+        const Vector3f b = a + size * point();
+        const Vector3f c = a + 0.5F * (1.0F + coordinate(random)) * (b - a) + upToOne(6.0F) * size * point();
+        const Vector3f at = 0.5F * (a + b) + upToOne(6.0F) * size * point();
+        const std::array<Vector3d, 3> corners{a.cast<double>(), b.cast<double>(), c.cast<double>()};
+        const Vector3d p = at.cast<double>();
         const double expected = distanceToHull(p, corners);
         // Rounded to single precision once; the sliver's plane is as good as double precision gives it.
-        EXPECT_NEAR(distance(p, corners), expected, 1e-7 * expected + 1e-12 * size) << "triangle " << i;
+        EXPECT_NEAR(distance(p, corners), expected, 1e-7 * expected + 1e-12 * static_cast<double>(size)) << "triangle " << i;
     }
 }
 
