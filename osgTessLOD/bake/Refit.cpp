@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <optional>
 
 namespace osgTessLOD::bake {
@@ -25,6 +24,8 @@ using Positions = std::vector<Vector3d>;
 
 constexpr Eigen::Index kDirections = 200;
 constexpr unsigned kMostIterations = 500;
+/// So many passes may be no better than the best before the refit ends: the first of a new exponent often is worse.
+constexpr unsigned kPatience = 3;
 
 /// Numbers the vertices of all patches, what they share once: base vertices first, then borders, then insides.
 class SharedVertices {
@@ -122,13 +123,12 @@ public:
         Positions current = _vertices.gather(positions);
         Positions best;
         RefitResult result;
-        result.errorBefore = result.errorAfter = assemble(current, true);
-        double previous = std::numeric_limits<double>::infinity();
-        for (unsigned pass = 1; pass <= _options.mostPasses; ++pass) {
-            current = solve(current);
-            const double error = assemble(current, false);
-            if (!(error < previous)) { break; }
-            previous = error;
+        double exponent = 0.0;
+        result.errorBefore = result.errorAfter = assemble(current, exponent);
+        for (unsigned pass = 1; pass <= std::min(_options.mostPasses, result.passes + kPatience); ++pass) {
+            approach(solve(current), exponent, current);
+            exponent = std::clamp(2.0 * exponent, 1.0, _options.largestExponent);
+            const double error = assemble(current, exponent);
             if (error < result.errorAfter) {
                 best = current;
                 result.errorAfter = error;
@@ -142,17 +142,25 @@ public:
     }
 
 private:
-    /// Makes all patches' equations, with weights by the vectors at these positions (eq. 4.8) or all one. Returns the mean
-    /// error at these positions.
-    double assemble(const Positions& shared, bool unitWeights)
+    /// Moves `positions` towards the solution of a pass with weights of this exponent: the part of the way that Newton's
+    /// method would go for the p-norm, p = exponent + 2, twice that while p is small.
+    static void approach(const Positions& solution, double exponent, Positions& positions)
+    {
+        const double part = std::min(1.0, 2.0 / (exponent + 1.0));
+        for (std::size_t v = 0; v < positions.size(); ++v) { positions[v] += part * (solution[v] - positions[v]); }
+    }
+
+    /// Makes all patches' equations, with weights by the vectors at these positions: eq. 4.8 with the ratio to this power, or
+    /// all one if it is 0. Returns the mean error at these positions.
+    double assemble(const Positions& shared, double exponent)
     {
         tbb::parallel_for(std::size_t{0}, _equations.size(), [&](std::size_t p) {
             const Positions positions = _vertices.scatter(p, shared);
             if (_parameters[p].empty()) {
-                assemblePatch(*_atPlaces, p, positions, unitWeights);
+                assemblePatch(*_atPlaces, p, positions, exponent);
             } else { // made anew every time: those of all patches together would be too large
                 assemblePatch(DifferenceVectors({_pattern, _parameters[p]}, {_chart, _chartPoints}), p, positions,
-                              unitWeights);
+                              exponent);
             }
         });
         double sum = 0.0;
@@ -160,7 +168,7 @@ private:
         return sum / static_cast<double>(std::max<std::size_t>(_equations.size(), 1));
     }
 
-    void assemblePatch(const DifferenceVectors& differences, std::size_t p, const Positions& positions, bool unitWeights)
+    void assemblePatch(const DifferenceVectors& differences, std::size_t p, const Positions& positions, double exponent)
     {
         static const Directions directions = sphericalFibonacci(kDirections);
         const Positions& chart = _charts.charts[p].positions;
@@ -178,8 +186,9 @@ private:
         const auto& rows = differences.rows();
         for (std::size_t i = 0; i < rows.size(); ++i) {
             const DifferenceVectors::Row& row = rows[i];
-            const double weight =
-                unitWeights || !(longest > 0.0) ? 1.0 : _options.leastWeight + vectors[i].norm() / longest;
+            const double weight = exponent == 0.0 || !(longest > 0.0)
+                                      ? 1.0
+                                      : _options.leastWeight + std::pow(vectors[i].norm() / longest, exponent);
             const Vector3d target = row.chartWeights[0] * chart[row.chartVertices[0]] +
                                     row.chartWeights[1] * chart[row.chartVertices[1]] +
                                     row.chartWeights[2] * chart[row.chartVertices[2]];

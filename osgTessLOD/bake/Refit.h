@@ -15,7 +15,8 @@ namespace osgTessLOD::bake {
 struct RefitOptions {
     bool moveCorners = false;   ///< the patches' corners, too: for the finest level only, as all levels share them
     double leastWeight = 0.02;  ///< γ of eq. 4.8
-    unsigned mostPasses = 10;   ///< of re-weighting; it ends by itself after a few
+    double largestExponent = 32.0; ///< of a vector's relative length in its weight, at least 1, which is eq. 4.8
+    unsigned mostPasses = 20;   ///< of re-weighting; it ends by itself before
     double tolerance = 1e-9;    ///< of the linear solver's residual, relative
 };
 
@@ -27,8 +28,11 @@ struct RefitResult {
 };
 
 /// Moves the vertices of one level of all patches to where the mean of E over all directions is smaller: iteratively
-/// re-weighted least squares of the difference vectors at all samples of the overlays (Lambert §4.7, Algorithm 4). Vertices
-/// that patches share are one unknown, and bit-identical afterwards. Each vector's weight is relative to the longest of its
+/// re-weighted least squares of the difference vectors at all samples of the overlays (Lambert §4.7, Algorithm 4). E is of the
+/// longest vectors alone, so weights are powers of eq. 4.8's ratio whose exponent doubles from pass to pass, and passes go
+/// ever smaller parts of the way lest they overshoot: p-norms of growing p (Burrus, Barreto and Selesnick, "Iterative
+/// reweighted least-squares design of FIR filters", 1994). Vertices that patches share are one unknown, and bit-identical
+/// afterwards. Each vector's weight is relative to the longest of its
 /// own patch, not of the mesh: every patch is selected by its own error, and where the whole patch is good, the mesh's
 /// longest vector elsewhere would make all weights equal.
 ///
