@@ -158,7 +158,7 @@ PatchedSurface makeLevels(const std::string& source, const BakeOptions& options,
     surface.hierarchy = timed(report, "levels", [&] {
         const PatchTopology& topology = surface.map->topology();
         return options.technique == "strips"
-                   ? makeStripLevels(topology, surface.charts, ladder, options.strips, progress)
+                   ? makeStripLevels(topology, surface.charts, ladder, options.strips, progress, &report.strips)
                    : makeUniformLevels(topology, surface.charts, ladder, progress);
     });
     return surface;
@@ -221,6 +221,16 @@ std::string BakeReport::toJson() const
                                   {"mean_error", level.meanError}});
     }
     for (const Stage& stage : stages) { json["stages"].push_back({{"name", stage.name}, {"seconds", stage.seconds}}); }
+    if (strips.contractions != 0) {
+        json["strips"] = {{"contractions", strips.contractions},
+                          {"relayouts", strips.relayouts},
+                          {"thread_seconds",
+                           {{"placement", strips.placementSeconds},
+                            {"error_fits", strips.fitSeconds},
+                            {"c_edge", strips.costSeconds},
+                            {"edge_intersections", strips.overlaySeconds},
+                            {"refits", strips.refitSeconds}}}};
+    }
     json["seconds"] = seconds;
     json["peak_bytes"] = peakBytes;
     return json.dump(2);

@@ -15,8 +15,6 @@
 #include <memory>
 #include <string>
 #include <vector>
-#include <string>
-#include <vector>
 
 namespace osgTessLOD::bake {
 
@@ -60,6 +58,7 @@ struct BakeReport {
     double largestChartError = 0.0;         ///< source units
     std::vector<Level> levels;
     std::vector<Stage> stages;
+    StripReport strips;                     ///< for technique "strips": what the stage "levels" spent its time on
     double seconds = 0.0;
     std::uint64_t peakBytes = 0;            ///< resident set of the whole process at its largest
 

@@ -7,13 +7,17 @@
 #include <osgTessLOD/bake/DifferenceVectors.h>
 #include <osgTessLOD/bake/ErrorFit.h>
 #include <osgTessLOD/bake/SymmetricHull.h>
+#include <osgTessLOD/bake/WorkTime.h>
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <utility>
 
 namespace osgTessLOD::bake {
 
@@ -26,6 +30,8 @@ constexpr Eigen::Index kDirections = 200;
 constexpr unsigned kMostIterations = 500;
 /// So many passes may be no better than the best before the refit ends: the first of a new exponent often is worse.
 constexpr unsigned kPatience = 3;
+/// Rows of overlays that are kept from pass to pass, 0.8 GB of them; those of further patches are made anew every time.
+constexpr std::size_t kMostKeptRows = 10'000'000;
 
 /// Numbers the vertices of all patches, what they share once: base vertices first, then borders, then insides.
 class SharedVertices {
@@ -100,6 +106,7 @@ public:
         , _chart(Triangulation::ofPattern(charts.factor))
         , _chartPoints(patternPoints(charts.factor))
         , _equations(topology.patches.size())
+        , _kept(topology.patches.size())
     {
         const std::vector<ChartPoint> places = patternPoints(factor);
         _atPlaces.emplace(PlacedTriangulation{_pattern, places}, PlacedTriangulation{_chart, _chartPoints});
@@ -126,7 +133,7 @@ public:
         double exponent = 0.0;
         result.errorBefore = result.errorAfter = assemble(current, exponent);
         for (unsigned pass = 1; pass <= std::min(_options.mostPasses, result.passes + kPatience); ++pass) {
-            approach(solve(current), exponent, current);
+            approach(_time.measure([&] { return solve(current); }), exponent, current);
             exponent = std::clamp(2.0 * exponent, 1.0, _options.largestExponent);
             const double error = assemble(current, exponent);
             if (error < result.errorAfter) {
@@ -138,6 +145,8 @@ public:
         if (result.passes > 0) {
             for (std::size_t p = 0; p < positions.size(); ++p) { positions[p] = _vertices.scatter(p, best); }
         }
+        result.seconds = _time.seconds();
+        result.overlaySeconds = _overlayTime.seconds();
         return result;
     }
 
@@ -155,17 +164,23 @@ private:
     double assemble(const Positions& shared, double exponent)
     {
         tbb::parallel_for(std::size_t{0}, _equations.size(), [&](std::size_t p) {
-            const Positions positions = _vertices.scatter(p, shared);
-            if (_parameters[p].empty()) {
-                assemblePatch(*_atPlaces, p, positions, exponent);
-            } else { // made anew every time: those of all patches together would be too large
-                assemblePatch(DifferenceVectors({_pattern, _parameters[p]}, {_chart, _chartPoints}), p, positions,
-                              exponent);
-            }
+            _time.measure([&] { assemblePatch(p, _vertices.scatter(p, shared), exponent); });
         });
         double sum = 0.0;
         for (const NormalEquations& equations : _equations) { sum += equations.meanError; }
         return sum / static_cast<double>(std::max<std::size_t>(_equations.size(), 1));
+    }
+
+    void assemblePatch(std::size_t p, const Positions& positions, double exponent)
+    {
+        if (_parameters[p].empty()) { return assemblePatch(*_atPlaces, p, positions, exponent); }
+        if (_kept[p]) { return assemblePatch(*_kept[p], p, positions, exponent); }
+        auto differences = _overlayTime.measure([&] {
+            return std::make_unique<DifferenceVectors>(PlacedTriangulation{_pattern, _parameters[p]},
+                                                       PlacedTriangulation{_chart, _chartPoints});
+        });
+        assemblePatch(*differences, p, positions, exponent);
+        if ((_keptRows += differences->rows().size()) <= kMostKeptRows) { _kept[p] = std::move(differences); }
     }
 
     void assemblePatch(const DifferenceVectors& differences, std::size_t p, const Positions& positions, double exponent)
@@ -297,6 +312,10 @@ private:
     std::optional<DifferenceVectors> _atPlaces;
     std::vector<std::array<std::uint32_t, 3>> _edgeOf; ///< per triangle: the edge from corner k to corner k + 1
     std::vector<NormalEquations> _equations;
+    std::vector<std::unique_ptr<DifferenceVectors>> _kept; ///< per patch, as far as there is room
+    std::atomic<std::size_t> _keptRows{0};
+    WorkTime _time;
+    WorkTime _overlayTime;
 };
 
 } // namespace

@@ -25,6 +25,8 @@ struct RefitResult {
     unsigned passes = 0;        ///< that were kept; 0: nothing was better than what was given
     double errorBefore = 0.0;   ///< E(d), mean over directions and patches
     double errorAfter = 0.0;
+    double seconds = 0.0;        ///< of work, all threads together
+    double overlaySeconds = 0.0; ///< of those, for edge–edge intersections
 };
 
 /// Moves the vertices of one level of all patches to where the mean of E over all directions is smaller: iteratively

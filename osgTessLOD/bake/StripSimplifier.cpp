@@ -8,6 +8,7 @@
 #include <osgTessLOD/bake/PatternResampling.h>
 #include <osgTessLOD/bake/Refit.h>
 #include <osgTessLOD/bake/StripGraph.h>
+#include <osgTessLOD/bake/WorkTime.h>
 
 #include <tbb/parallel_for.h>
 
@@ -101,7 +102,16 @@ public:
         return std::move(_hierarchy);
     }
 
-    StripReport report() const { return {_contractions, _relayouts}; }
+    StripReport report() const
+    {
+        StripReport report = _report;
+        report.contractions = _contractions;
+        report.relayouts = _relayouts;
+        report.placementSeconds = _placementTime.seconds();
+        report.fitSeconds = _fitTime.seconds();
+        report.costSeconds = _costTime.seconds();
+        return report;
+    }
 
 private:
     void sampleFinest(unsigned factor)
@@ -135,7 +145,10 @@ private:
         }
         RefitOptions options;
         options.moveCorners = level + 1 == _hierarchy.ladder.size();
-        refit(_topology, _charts, _mesh.patch(0).lattice.factor(), parameters, options, positions);
+        const RefitResult result =
+            refit(_topology, _charts, _mesh.patch(0).lattice.factor(), parameters, options, positions);
+        _report.overlaySeconds += result.overlaySeconds;
+        _report.refitSeconds += result.seconds - result.overlaySeconds;
         tbb::parallel_for(std::uint32_t{0}, patches, [&](std::uint32_t p) {
             for (std::uint32_t v = 0; v < positions[p].size(); ++v) {
                 const StripMesh::Site vertex{p, _mesh.patch(p).lattice.patternPoint(v)};
@@ -165,8 +178,10 @@ private:
     {
         if (!_cost) { return; }
         tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(_mesh.patchCount()), [&](std::uint32_t p) {
-            _cost->relocate(p);
-            _cost->measure(p);
+            _fitTime.measure([&] {
+                _cost->relocate(p);
+                _cost->measure(p);
+            });
         });
     }
 
@@ -236,12 +251,19 @@ private:
         return graph.optimal(costs);
     }
 
+    Placement place(const CollapseStar& star) const
+    {
+        return _placementTime.measure([&] { return placeVertex(star, _options.placement); });
+    }
+
     StripCost edgeCost(const StripGraph::Layer& layer, unsigned index) const
     {
         const CollapseStar star = collapseStar(_mesh, edgeStart(layer, index), layer.corner);
-        const Placement placement = placeVertex(star, _options.placement);
+        const Placement placement = place(star);
         if (!placement.isValid) { return StripCost::forbidden(); }
-        return {_cost ? _cost->evaluate(star, placement, _options.refit) : 0.0, placement.residual};
+        if (!_cost) { return {0.0, placement.residual}; }
+        const double error = _costTime.measure([&] { return _cost->evaluate(star, placement, _options.refit); });
+        return {error, placement.residual};
     }
 
     /// Gives both ends of every edge of a strip their common place, one edge after the other. Returns the patches in which
@@ -254,7 +276,7 @@ private:
             const StripMesh::Site a = edgeStart(line, strip[layer]);
             const StripMesh::Site b{a.patch, a.point + StripLattice::direction(line.corner)};
             const CollapseStar star = collapseStar(_mesh, a, line.corner);
-            Placement placement = placeVertex(star, _options.placement);
+            Placement placement = place(star);
             if (!placement.isValid) {
                 placement.position = star.ends[0].position;
                 placement.parameter = star.ends[0].parameter;
@@ -297,6 +319,10 @@ private:
     LevelHierarchy _hierarchy;
     std::atomic<std::uint64_t> _contractions{0};
     std::atomic<std::uint64_t> _relayouts{0};
+    mutable WorkTime _placementTime;
+    mutable WorkTime _costTime;
+    WorkTime _fitTime;
+    StripReport _report; ///< of refits; the rest is in the counters above
 };
 
 } // namespace

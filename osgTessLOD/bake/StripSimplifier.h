@@ -32,6 +32,12 @@ struct StripOptions {
 struct StripReport {
     std::uint64_t contractions = 0;
     std::uint64_t relayouts = 0; ///< patches whose vertices had to be laid out anew in their chart
+    /// Seconds of work, all threads together, by the parts of the thesis's table 4.1.
+    double placementSeconds = 0.0; ///< of vertices (VolUV)
+    double fitSeconds = 0.0;       ///< of E's quadratics before strips are chosen (Ẽ), and of where chart vertices lie
+    double costSeconds = 0.0;      ///< C_edge
+    double overlaySeconds = 0.0;   ///< edge–edge intersections, of refits
+    double refitSeconds = 0.0;     ///< of stored levels, without those
 };
 
 /// The `strips` technique: levels made from the finest down by contracting strips of edges (Lambert §4, Algorithm 3), each
