@@ -2,6 +2,7 @@
 // What contracting an edge does to the error.
 #include <bake/BumpyMap.h>
 #include <bake/SmallTopologies.h>
+#include <bake/StripEdges.h>
 
 #include <osgTessLOD/bake/ChartRelayout.h>
 #include <osgTessLOD/bake/CollapseCost.h>
@@ -10,7 +11,6 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <random>
 #include <set>
 
@@ -87,18 +87,6 @@ std::vector<double> errorsOf(const std::vector<Vector3d>& vectors)
         for (const Vector3d& v : vectors) { errors[i] = std::max(errors[i], v.cross(direction).norm()); }
     }
     return errors;
-}
-
-void forEachEdge(const StripMesh& mesh, const std::function<void(StripMesh::Site, unsigned)>& visit)
-{
-    for (const CornerFan& fan : cornerFans(mesh.topology())) {
-        const StripGraph graph(mesh, fan);
-        for (const auto& layer : graph.layers()) {
-            for (unsigned i = 0; i < layer.width; ++i) {
-                visit({layer.patch, mesh.patch(layer.patch).lattice.point(layer.corner, {layer.row, i})}, layer.corner);
-            }
-        }
-    }
 }
 
 TEST(DirectionalErrors, AreTheLargestCrossProducts)

@@ -2,11 +2,11 @@
 // Stars of edges, and where their ends merge.
 #include <bake/BumpyMap.h>
 #include <bake/SmallTopologies.h>
+#include <bake/StripEdges.h>
 
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/bake/ChartRelayout.h>
 #include <osgTessLOD/bake/PatchChart.h>
-#include <osgTessLOD/bake/StripGraph.h>
 #include <osgTessLOD/bake/VertexPlacement.h>
 
 #include <gtest/gtest.h>
@@ -31,19 +31,6 @@ constexpr PlacementMethod kMethods[] = {PlacementMethod::VolumeUv, PlacementMeth
 // Meshes refer to their topologies.
 const PatchTopology kTetrahedron = tetrahedron();
 const PatchTopology kTriangle = PatchTopology::build(3, {{0, 1, 2}});
-
-/// Calls `visit(site, k)` for every edge that a strip of a fan of the mesh could take.
-void forEachEdge(const StripMesh& mesh, const std::function<void(StripMesh::Site, unsigned)>& visit)
-{
-    for (const CornerFan& fan : cornerFans(mesh.topology())) {
-        const StripGraph graph(mesh, fan);
-        for (const auto& layer : graph.layers()) {
-            for (unsigned i = 0; i < layer.width; ++i) {
-                visit({layer.patch, mesh.patch(layer.patch).lattice.point(layer.corner, {layer.row, i})}, layer.corner);
-            }
-        }
-    }
-}
 
 /// A mesh with positions given by patch and parameters from 0 to 1.
 StripMesh shaped(const PatchTopology& topology, unsigned factor,
