@@ -4,6 +4,8 @@
 #include "ResultTable.h"
 #include "Scenes.h"
 
+#include <osgTessLOD/bake/Baker.h>
+
 #include <nlohmann/json.hpp>
 
 #include <string>
@@ -14,15 +16,22 @@ namespace osgTessLOD::benchmarks {
 /// What a benchmark found.
 struct BenchmarkResult {
     nlohmann::ordered_json summary = nlohmann::ordered_json::object();
-    nlohmann::ordered_json rows = nlohmann::ordered_json::array(); ///< one object per row of the table, and more in it
-    ResultTable table;
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array(); ///< one object per row of the first table, and more in it
+    std::vector<ResultTable> tables;
     std::string glRenderer;            ///< empty: nothing was drawn
     std::vector<std::string> failures; ///< "scene: why", for each scene that could not be measured
 };
 
-/// Bakes every scene `runs` times, each time in a process of its own. Times are medians.
-/// The .tlod files are kept in `keepFolder`, named after their scenes, unless it is empty.
-BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, unsigned runs, const std::string& keepFolder);
+struct BakeBenchmarkOptions {
+    unsigned runs = 3;               ///< of each measurement; times are medians
+    std::string technique = bake::BakeOptions().technique;
+    std::string keepFolder;          ///< where .tlod files are kept, named after their scenes; empty: nowhere
+    unsigned yardstickSeconds = 120; ///< that another library may take for its chain of levels
+};
+
+/// Bakes every scene, each time in a process of its own, and has meshoptimizer and osgUtil::Simplifier simplify what it
+/// was baked from, as yardsticks.
+BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, const BakeBenchmarkOptions& options);
 
 /// Draws every scene, baked first unless it is a .tlod file, from several distances and at several errors without a
 /// window. Times are medians over `frames` frames.
@@ -38,6 +47,7 @@ std::vector<std::string> simplifyMethods();
 /// (Lambert fig. 2.4), over `directions` random directions for every patch and level.
 BenchmarkResult benchmarkMetric(const std::vector<Scene>& scenes, std::size_t directions);
 
+/// 0 without values.
 double median(std::vector<double> values);
 
 } // namespace osgTessLOD::benchmarks

@@ -22,9 +22,8 @@ using namespace osgTessLOD::benchmarks;
 struct Arguments {
     std::vector<std::string> scenes;
     std::string jsonFile;
-    std::string keepFolder;
+    BakeBenchmarkOptions bake;
     std::vector<std::string> methods;
-    unsigned runs = 3;
     unsigned frames = 20;
     std::size_t directions = 1000000;
     bool quick = false;
@@ -40,7 +39,7 @@ void declareCommon(CLI::App& command, Arguments& arguments)
         ->allow_extra_args(false);
     command.add_flag("--quick", arguments.quick, "measure the two smallest scenes a few times: under a minute");
     command.add_option("--json", arguments.jsonFile, "write all figures to this file");
-    command.add_flag("--markdown", arguments.markdown, "print the table as Markdown, and nothing else");
+    command.add_flag("--markdown", arguments.markdown, "print the tables as Markdown, and nothing else");
 }
 
 std::vector<Scene> scenesOf(const Arguments& arguments)
@@ -60,13 +59,34 @@ void writeReport(osgTessLOD::AtomicFile& file, const BenchmarkResult& result)
     file.commit();
 }
 
+BakeBenchmarkOptions bakeOptions(const Arguments& arguments)
+{
+    constexpr unsigned kQuickSeconds = 5;
+    BakeBenchmarkOptions options = arguments.bake;
+    if (arguments.quick) {
+        options.runs = 1;
+        options.yardstickSeconds = std::min(options.yardstickSeconds, kQuickSeconds);
+    }
+    return options;
+}
+
+void printTables(const std::vector<ResultTable>& tables, bool markdown)
+{
+    const char* separator = "";
+    for (const ResultTable& table : tables) {
+        if (table.rows.empty()) { continue; }
+        fmt::print("{}{}", separator, table.toText(markdown));
+        separator = "\n";
+    }
+}
+
 enum class Command { Bake, Frame, Metric, Simplify };
 
 BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const Arguments& arguments)
 {
     constexpr std::size_t kQuickDirections = 10000;
     switch (command) {
-    case Command::Bake: return benchmarkBakes(scenes, arguments.quick ? 1 : arguments.runs, arguments.keepFolder);
+    case Command::Bake: return benchmarkBakes(scenes, bakeOptions(arguments));
     case Command::Frame: return benchmarkFrames(scenes, arguments.quick ? 3 : arguments.frames);
     case Command::Simplify: return benchmarkSimplification(scenes, arguments.methods);
     default: return benchmarkMetric(scenes, arguments.quick ? kQuickDirections : arguments.directions);
@@ -88,7 +108,7 @@ int run(Command command, const Arguments& arguments)
     if (!arguments.jsonFile.empty()) { file = std::make_unique<osgTessLOD::AtomicFile>(arguments.jsonFile); }
 
     const BenchmarkResult result = measure(command, scenes, arguments);
-    if (!result.rows.empty()) { fmt::print("{}", result.table.toText(arguments.markdown)); }
+    printTables(result.tables, arguments.markdown);
     if (!arguments.markdown && !result.glRenderer.empty()) { fmt::print("GL renderer: {}\n", result.glRenderer); }
     if (file) { writeReport(*file, result); }
     for (const std::string& failure : result.failures) { fmt::print(stderr, "osgtesslodbench: {}\n", failure); }
@@ -117,10 +137,17 @@ int main(int argc, char** argv)
     metric->add_option("--directions", arguments.directions, "random directions per patch and level")
         ->capture_default_str()
         ->check(CLI::Range(1, 100000000));
-    bake->add_option("--runs", arguments.runs, "bakes per scene, each in a process of its own")
+    bake->add_option("--runs", arguments.bake.runs, "bakes per scene, each in a process of its own")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
-    bake->add_option("--keep", arguments.keepFolder, "keep the .tlod files in this folder, for frame --scene")
+    bake->add_option("--technique", arguments.bake.technique, "how levels are made")
+        ->capture_default_str()
+        ->check(CLI::IsMember(osgTessLOD::bake::techniqueNames()));
+    bake->add_option("--limit", arguments.bake.yardstickSeconds,
+                     "seconds that meshoptimizer and osgUtil::Simplifier may take each")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000));
+    bake->add_option("--keep", arguments.bake.keepFolder, "keep the .tlod files in this folder, for frame --scene")
         ->check(CLI::ExistingDirectory);
     frame->add_option("--frames", arguments.frames, "frames to take the median of, after two to warm up")
         ->capture_default_str()
