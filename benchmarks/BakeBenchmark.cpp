@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdint>
 #include <exception>
+#include <numeric>
 
 namespace osgTessLOD::benchmarks {
 
@@ -139,12 +140,11 @@ Json summarize(const Scene& scene, const std::string& technique, const std::vect
             {"boundPercent", percent(finest["largest_error"])}};
 }
 
-/// Distances are computed in single precision.
 bool boundHolds(const Json& row)
 {
-    constexpr double kTolerancePercent = 1e-4;
-    const double bound = row["boundPercent"].get<double>() + kTolerancePercent;
-    return row["levelToSourcePercent"].get<double>() <= bound && row["sourceToLevelPercent"].get<double>() <= bound;
+    const auto bound = row["boundPercent"].get<double>();
+    return keepsBound(row["levelToSourcePercent"].get<double>(), bound) &&
+           keepsBound(row["sourceToLevelPercent"].get<double>(), bound);
 }
 
 std::string secondsText(const Json& row)
@@ -265,6 +265,12 @@ double median(std::vector<double> values)
     std::sort(values.begin(), values.end());
     const std::size_t middle = values.size() / 2;
     return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2.0;
+}
+
+double mean(const std::vector<double>& values)
+{
+    const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+    return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
 }
 
 BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, const BakeBenchmarkOptions& options)

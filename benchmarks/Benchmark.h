@@ -43,11 +43,20 @@ BenchmarkResult benchmarkSimplification(const std::vector<Scene>& scenes, const 
 /// "voluv+refit+cost" and so on: placement, then whether refit, then whether chosen by C_edge.
 std::vector<std::string> simplifyMethods();
 
+/// Bakes every scene by strips and with uniform levels, the finest of factor `maxFactor`, and compares how far the levels
+/// of each factor lie from the source and how many bytes they take.
+BenchmarkResult benchmarkLevels(const std::vector<Scene>& scenes, unsigned maxFactor);
+
+/// Bakes every scene with levels at powers of two and at more factors in between, both up to `maxFactor`, and compares the
+/// triangles drawn at equal errors and the files' sizes.
+BenchmarkResult benchmarkLadders(const std::vector<Scene>& scenes, unsigned maxFactor);
+
 /// How far the approximations of E(d), the error as a function of the view direction, are above it, per scene and factor
 /// (Lambert fig. 2.4), over `directions` random directions for every patch and level.
 BenchmarkResult benchmarkMetric(const std::vector<Scene>& scenes, std::size_t directions);
 
 /// 0 without values.
 double median(std::vector<double> values);
+double mean(const std::vector<double>& values);
 
 } // namespace osgTessLOD::benchmarks

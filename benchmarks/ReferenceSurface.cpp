@@ -63,4 +63,10 @@ bake::HausdorffDistance distanceBetween(const Triangles& level, const Triangles&
     return bake::hausdorffDistance({level.positions, level.triangles}, {source.positions, source.triangles});
 }
 
+bool keepsBound(double distancePercent, double boundPercent)
+{
+    constexpr double kTolerancePercent = 1e-4;
+    return distancePercent <= boundPercent + kTolerancePercent;
+}
+
 } // namespace osgTessLOD::benchmarks

@@ -32,4 +32,7 @@ Triangles levelTriangles(const LodAsset& asset, unsigned factor);
 /// source to the level.
 bake::HausdorffDistance distanceBetween(const Triangles& level, const Triangles& source);
 
+/// False for a distance, measured in single precision, that is certainly above the bound. Both in % of the diagonal.
+bool keepsBound(double distancePercent, double boundPercent);
+
 } // namespace osgTessLOD::benchmarks

@@ -26,6 +26,7 @@ struct Arguments {
     std::vector<std::string> methods;
     unsigned frames = 20;
     std::size_t directions = 1000000;
+    unsigned maxFactor = 64;
     bool quick = false;
     bool markdown = false;
 };
@@ -80,24 +81,34 @@ void printTables(const std::vector<ResultTable>& tables, bool markdown)
     }
 }
 
-enum class Command { Bake, Frame, Metric, Simplify };
+enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder };
 
 BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const Arguments& arguments)
 {
     constexpr std::size_t kQuickDirections = 10000;
+    constexpr unsigned kQuickFactor = 16;
+    const unsigned maxFactor = arguments.quick ? std::min(arguments.maxFactor, kQuickFactor) : arguments.maxFactor;
     switch (command) {
     case Command::Bake: return benchmarkBakes(scenes, bakeOptions(arguments));
     case Command::Frame: return benchmarkFrames(scenes, arguments.quick ? 3 : arguments.frames);
+    case Command::Levels: return benchmarkLevels(scenes, maxFactor);
+    case Command::Ladder: return benchmarkLadders(scenes, maxFactor);
     case Command::Simplify: return benchmarkSimplification(scenes, arguments.methods);
     default: return benchmarkMetric(scenes, arguments.quick ? kQuickDirections : arguments.directions);
     }
+}
+
+/// Simplifying scans takes minutes: they are compared only where they are asked for.
+bool takesScansByName(Command command)
+{
+    return command == Command::Simplify || command == Command::Levels || command == Command::Ladder;
 }
 
 /// The exit status: 1 if a scene could not be measured.
 int run(Command command, const Arguments& arguments)
 {
     std::vector<Scene> scenes = scenesOf(arguments);
-    if (command == Command::Simplify && arguments.scenes.empty()) {
+    if (takesScansByName(command) && arguments.scenes.empty()) {
         scenes.erase(std::remove_if(scenes.begin(), scenes.end(), [](const Scene& s) { return !isBuiltin(s); }), scenes.end());
     }
     for (const Scene& scene : scenes) {
@@ -130,7 +141,16 @@ int main(int argc, char** argv)
         ->allow_extra_args(false)
         ->check(CLI::IsMember(simplifyMethods()));
     CLI::App* metric = app.add_subcommand("metric", "how far approximations of the view-dependent error are above it");
+    CLI::App* levels = app.add_subcommand("levels", "distances of levels from the source, by strips and uniform ones");
+    CLI::App* ladder = app.add_subcommand("ladder", "triangles drawn and bytes with more levels than powers of two");
+    for (CLI::App* command : {levels, ladder}) {
+        command->add_option("--max-factor", arguments.maxFactor, "tessellation factor of the finest level")
+            ->capture_default_str()
+            ->check(CLI::IsMember({2U, 4U, 8U, 16U, 32U, 64U}));
+    }
     declareCommon(*bake, arguments);
+    declareCommon(*levels, arguments);
+    declareCommon(*ladder, arguments);
     declareCommon(*simplify, arguments);
     declareCommon(*frame, arguments);
     declareCommon(*metric, arguments);
@@ -161,6 +181,8 @@ int main(int argc, char** argv)
         return run(bake->parsed()       ? Command::Bake
                    : frame->parsed()    ? Command::Frame
                    : simplify->parsed() ? Command::Simplify
+                   : levels->parsed()   ? Command::Levels
+                   : ladder->parsed()   ? Command::Ladder
                                         : Command::Metric,
                    arguments);
     } catch (const std::exception& error) {

@@ -93,14 +93,51 @@ TEST_F(BenchCommand, BakeEndsAYardstickAtItsLimit)
     EXPECT_TRUE(report["summary"]["osg_simplifier_ratio_is_upper_bound"]);
 }
 
+TEST_F(BenchCommand, LevelsAreAsNearAsTheyClaim)
+{
+    const Json report = this->report("levels --max-factor 4 --scene asteroid");
+    ASSERT_EQ(report["rows"].size(), 3U);
+    for (const Json& row : report["rows"]) {
+        for (const char* technique : {"strips", "uniform"}) {
+            const Json& level = row[technique];
+            const double nearest = level["largestErrorPercent"].get<double>() + 1e-4;
+            EXPECT_GT(level["levelToSourcePercent"], 0.0) << row;
+            EXPECT_LE(level["levelToSourcePercent"], nearest) << row;
+            EXPECT_LE(level["sourceToLevelPercent"], nearest) << row;
+            EXPECT_LE(level["meanErrorPercent"], level["largestErrorPercent"]) << row;
+            EXPECT_GT(level["bytes"], 0U) << row;
+        }
+        const std::string factor = std::to_string(row["factor"].get<unsigned>());
+        EXPECT_DOUBLE_EQ(report["summary"]["strips_over_uniform_hausdorff"][factor], row["hausdorffOverUniform"]);
+    }
+}
+
+TEST_F(BenchCommand, LadderComparesTrianglesAtEqualErrors)
+{
+    const Json report = this->report("ladder --max-factor 8 --scene asteroid");
+    ASSERT_FALSE(report["rows"].empty());
+    double before = 0.0;
+    for (const Json& row : report["rows"]) {
+        EXPECT_GT(row["errorPercent"], before) << row;
+        EXPECT_LT(row["saturatedPatches"], row["patches"]) << row;
+        EXPECT_DOUBLE_EQ(row["denseOverPowers"],
+                         row["denseTriangles"].get<double>() / row["powersTriangles"].get<double>());
+        before = row["errorPercent"];
+    }
+    EXPECT_GT(report["summary"]["dense_over_powers_bytes"], 1.0) << "one more level";
+    EXPECT_GT(report["summary"]["dense_over_powers_triangles"], 0.0);
+}
+
 TEST_F(BenchCommand, NamesWhatItCannotMeasure)
 {
     const std::string path = _folder.file("empty.obj");
     writeBytes(path, "");
-    const Outcome outcome = run("bake --scene '" + path + "'");
-    EXPECT_EQ(outcome.status, 1);
-    EXPECT_NE(outcome.output.find("osgtesslodbench: empty: " + path), std::string::npos) << outcome.output;
-    EXPECT_EQ(run("bake --scene nowhere").status, 1);
+    for (const char* command : {"bake", "levels", "ladder"}) {
+        const Outcome outcome = run(std::string(command) + " --scene '" + path + "'");
+        EXPECT_EQ(outcome.status, 1) << command;
+        EXPECT_NE(outcome.output.find("osgtesslodbench: empty: " + path), std::string::npos) << outcome.output;
+    }
+    EXPECT_EQ(run("levels --scene nowhere").status, 1);
 }
 
 } // namespace
