@@ -4,6 +4,8 @@
 #include "ResultTable.h"
 #include "Scenes.h"
 
+#include <osgTessLOD/bake/Baker.h>
+
 #include <nlohmann/json.hpp>
 
 #include <string>
@@ -14,15 +16,22 @@ namespace osgTessLOD::benchmarks {
 /// What a benchmark found.
 struct BenchmarkResult {
     nlohmann::ordered_json summary = nlohmann::ordered_json::object();
-    nlohmann::ordered_json rows = nlohmann::ordered_json::array(); ///< one object per row of the table, and more in it
-    ResultTable table;
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array(); ///< one object per row of the first table, and more in it
+    std::vector<ResultTable> tables;
     std::string glRenderer;            ///< empty: nothing was drawn
     std::vector<std::string> failures; ///< "scene: why", for each scene that could not be measured
 };
 
-/// Bakes every scene `runs` times, each time in a process of its own. Times are medians.
-/// The .tlod files are kept in `keepFolder`, named after their scenes, unless it is empty.
-BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, unsigned runs, const std::string& keepFolder);
+struct BakeBenchmarkOptions {
+    unsigned runs = 3;               ///< of each measurement; times are medians
+    std::string technique = bake::BakeOptions().technique;
+    std::string keepFolder;          ///< where .tlod files are kept, named after their scenes; empty: nowhere
+    unsigned yardstickSeconds = 120; ///< that another library may take for its chain of levels
+};
+
+/// Bakes every scene, each time in a process of its own, and has meshoptimizer and osgUtil::Simplifier simplify what it
+/// was baked from, as yardsticks.
+BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, const BakeBenchmarkOptions& options);
 
 /// Draws every scene, baked first unless it is a .tlod file, from several distances and at several errors without a
 /// window. Times are medians over `frames` frames.
@@ -34,10 +43,20 @@ BenchmarkResult benchmarkSimplification(const std::vector<Scene>& scenes, const 
 /// "voluv+refit+cost" and so on: placement, then whether refit, then whether chosen by C_edge.
 std::vector<std::string> simplifyMethods();
 
+/// Bakes every scene by strips and with uniform levels, the finest of factor `maxFactor`, and compares how far the levels
+/// of each factor lie from the source and how many bytes they take.
+BenchmarkResult benchmarkLevels(const std::vector<Scene>& scenes, unsigned maxFactor);
+
+/// Bakes every scene with levels at powers of two and at more factors in between, both up to `maxFactor`, and compares the
+/// triangles drawn at equal errors and the files' sizes.
+BenchmarkResult benchmarkLadders(const std::vector<Scene>& scenes, unsigned maxFactor);
+
 /// How far the approximations of E(d), the error as a function of the view direction, are above it, per scene and factor
 /// (Lambert fig. 2.4), over `directions` random directions for every patch and level.
 BenchmarkResult benchmarkMetric(const std::vector<Scene>& scenes, std::size_t directions);
 
+/// 0 without values.
 double median(std::vector<double> values);
+double mean(const std::vector<double>& values);
 
 } // namespace osgTessLOD::benchmarks

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <exception>
 #include <new>
@@ -87,10 +88,16 @@ Json runInChild(const std::function<Json()>& work)
     int status = 0;
     while (waitpid(child, &status, 0) < 0 && errno == EINTR) {}
 
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) { throw TimeLimitReached("took too long"); }
     const Json answer = Json::parse(text, nullptr, false);
     if (answer.is_discarded()) { throw std::runtime_error(endOf(status)); }
     if (answer.contains("error")) { throw std::runtime_error(answer["error"].get<std::string>()); }
     return answer["result"];
+}
+
+void limitChild(unsigned seconds)
+{
+    alarm(seconds); // whose signal ends a process that does not handle it
 }
 
 } // namespace osgTessLOD::benchmarks

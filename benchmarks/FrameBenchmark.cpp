@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include "BakedScene.h"
 #include "Benchmark.h"
 #include "ChildProcess.h"
 #include "WorkFolder.h"
 
-#include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/bake/Baker.h>
 #include <osgtesslodviewer/HeadlessRun.h>
 #include <osgtesslodviewer/SceneDrawables.h>
@@ -137,9 +137,7 @@ std::string bakedFile(const Scene& scene, const WorkFolder& folder)
     fmt::print(stderr, "{}: bake\n", scene.name);
     const std::string path = folder.file("scene.tlod");
     runInChild([&] {
-        bake::Progress progress;
-        bake::BakeReport report;
-        writeTlod(path, bake::bakeSource(scene.source, bake::BakeOptions(), progress, report));
+        bakeToFile(scene, bake::BakeOptions(), path);
         return Json();
     });
     return path;
@@ -155,7 +153,7 @@ void benchmarkScene(const Scene& scene, unsigned frames, const WorkFolder& folde
                 runInChild([&] { return drawOnce(path, view, errorPixels, frames, folder.file("statistics.json")); });
             result.glRenderer = statistics["gl"]["renderer"].get<std::string>();
             result.rows.push_back(toRow(scene, view, errorPixels, statistics));
-            result.table.rows.push_back(tableRow(result.rows.back()));
+            result.tables.front().rows.push_back(tableRow(result.rows.back()));
         }
     }
 }
@@ -183,8 +181,8 @@ BenchmarkResult benchmarkFrames(const std::vector<Scene>& scenes, unsigned frame
 {
     const WorkFolder folder;
     BenchmarkResult result;
-    result.table.headers = {"scene",     "view",      "error px", "drawn",   "culled",
-                            "saturated", "triangles", "cull ms",  "draw ms", "frame ms"};
+    result.tables.emplace_back().headers = {"scene",     "view",      "error px", "drawn",   "culled",
+                                            "saturated", "triangles", "cull ms",  "draw ms", "frame ms"};
     for (const Scene& scene : scenes) {
         try {
             benchmarkScene(scene, frames, folder, result);

@@ -210,15 +210,15 @@ BenchmarkResult benchmarkMetric(const std::vector<Scene>& scenes, std::size_t di
         blocks.push_back(randomDirections(static_cast<Eigen::Index>(std::min(left, kBlock)), random));
     }
     BenchmarkResult result;
-    result.table.headers = {"scene", "factor",           "isotropic %", "max", "min. volume %", "max",
-                            "least sq. ellipsoid %", "max", "quadratic %", "max", "drawn %", "max",
-                            "drawn : bare", "cuts", "underestimates"};
+    result.tables.emplace_back().headers = {"scene", "factor",           "isotropic %", "max", "min. volume %", "max",
+                                            "least sq. ellipsoid %", "max", "quadratic %", "max", "drawn %", "max",
+                                            "drawn : bare", "cuts", "underestimates"};
     for (const Scene& scene : scenes) {
         fmt::print(stderr, "{}: metric\n", scene.name);
         try {
             for (const Json& row : measureScene(scene, blocks)) {
                 result.rows.push_back(row);
-                result.table.rows.push_back(tableRow(row));
+                result.tables.front().rows.push_back(tableRow(row));
                 if (row["underestimates"].get<std::uint64_t>() > 0) {
                     result.failures.push_back(fmt::format("{}: the error at factor {} is underestimated", scene.name,
                                                           row["factor"].get<unsigned>()));

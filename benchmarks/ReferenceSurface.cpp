@@ -7,37 +7,26 @@
 #include <osgTessLOD/bake/PatchChart.h>
 #include <osgTessLOD/bake/SourceMesh.h>
 
-#include <Eigen/Core>
-
-#include <array>
-#include <cstdint>
 #include <memory>
 #include <utility>
-#include <vector>
 
 namespace osgTessLOD::benchmarks {
 
 namespace {
 
-struct Triangles {
-    std::vector<Eigen::Vector3d> positions;
-    std::vector<std::array<std::uint32_t, 3>> triangles;
-};
+/// Charts sample a patch at so many times its finest factor.
+constexpr unsigned kReferenceOversampling = 2;
 
-Triangles meshTriangles(const std::string& path)
+/// The built-in surface's map sampled on the pattern of `factor`, each patch for itself.
+bake::SourceMesh sampleBuiltin(const Scene& scene, unsigned factor)
 {
-    bake::SourceMesh mesh = bake::importMesh(path);
-    bake::cleanMesh(mesh);
-    return {std::move(mesh.positions), std::move(mesh.triangles)};
-}
-
-Triangles builtinTriangles(const std::string& name, unsigned factor)
-{
-    const std::unique_ptr<bake::PatchMap> map = bake::makeBuiltinSurface(name);
+    const std::unique_ptr<bake::PatchMap> map =
+        bake::makeBuiltinSurface(scene.source.substr(scene.source.find(':') + 1));
     bake::Progress progress;
     const bake::ChartSet charts = bake::makeCharts(*map, factor, progress);
     const TessellationPattern pattern(factor);
-    Triangles all;
+    bake::SourceMesh all;
+    all.name = scene.source;
     for (const bake::PatchChart& chart : charts.charts) {
         const auto first = static_cast<std::uint32_t>(all.positions.size());
         for (const Eigen::Vector3d& position : chart.positions) {
@@ -50,24 +39,34 @@ Triangles builtinTriangles(const std::string& name, unsigned factor)
     return all;
 }
 
-Triangles finestLevel(const LodAsset& asset)
+} // namespace
+
+Triangles sourceTriangles(const Scene& scene, unsigned finestFactor)
 {
-    SurfaceMesh mesh = extractSurface(asset, asset.ladder.back());
+    bake::SourceMesh mesh = isBuiltin(scene) ? sampleBuiltin(scene, kReferenceOversampling * finestFactor)
+                                             : bake::importMesh(scene.source);
+    bake::cleanMesh(mesh);
+    return {std::move(mesh.positions), std::move(mesh.triangles)};
+}
+
+Triangles levelTriangles(const LodAsset& asset, unsigned factor)
+{
+    SurfaceMesh mesh = extractSurface(asset, factor);
     Triangles level;
     for (const std::array<double, 3>& p : mesh.positions) { level.positions.emplace_back(p[0], p[1], p[2]); }
     level.triangles = std::move(mesh.triangles);
     return level;
 }
 
-} // namespace
-
-bake::HausdorffDistance distanceToSource(const LodAsset& asset, const Scene& scene)
+bake::HausdorffDistance distanceBetween(const Triangles& level, const Triangles& source)
 {
-    const std::string builtin = isBuiltin(scene) ? scene.source.substr(scene.source.find(':') + 1) : "";
-    const Triangles source =
-        builtin.empty() ? meshTriangles(scene.source) : builtinTriangles(builtin, 2U * asset.ladder.back());
-    const Triangles level = finestLevel(asset);
     return bake::hausdorffDistance({level.positions, level.triangles}, {source.positions, source.triangles});
+}
+
+bool keepsBound(double distancePercent, double boundPercent)
+{
+    constexpr double kTolerancePercent = 1e-4;
+    return distancePercent <= boundPercent + kTolerancePercent;
 }
 
 } // namespace osgTessLOD::benchmarks

@@ -167,9 +167,10 @@ std::vector<std::string> simplifyMethods()
 BenchmarkResult benchmarkSimplification(const std::vector<Scene>& scenes, const std::vector<std::string>& methods)
 {
     BenchmarkResult result;
-    result.table.headers = {"scene", "method"};
-    for (const unsigned factor : kFactors) { result.table.headers.push_back(std::to_string(factor)); }
-    result.table.headers.insert(result.table.headers.end(), {"seconds", "relayouts"});
+    ResultTable& table = result.tables.emplace_back();
+    table.headers = {"scene", "method"};
+    for (const unsigned factor : kFactors) { table.headers.push_back(std::to_string(factor)); }
+    table.headers.insert(table.headers.end(), {"seconds", "relayouts"});
     for (const Scene& scene : scenes) {
         try {
             const Reference reference = makeReference(scene);
@@ -177,7 +178,7 @@ BenchmarkResult benchmarkSimplification(const std::vector<Scene>& scenes, const 
             for (const std::string& method : methods.empty() ? simplifyMethods() : methods) {
                 fmt::print(stderr, "{}: {}\n", scene.name, method);
                 result.rows.push_back(measure(reference, scene, method, uniform));
-                result.table.rows.push_back(tableRow(result.rows.back()));
+                table.rows.push_back(tableRow(result.rows.back()));
             }
         } catch (const std::exception& error) {
             result.failures.push_back(scene.name + ": " + error.what());

@@ -22,11 +22,11 @@ using namespace osgTessLOD::benchmarks;
 struct Arguments {
     std::vector<std::string> scenes;
     std::string jsonFile;
-    std::string keepFolder;
+    BakeBenchmarkOptions bake;
     std::vector<std::string> methods;
-    unsigned runs = 3;
     unsigned frames = 20;
     std::size_t directions = 1000000;
+    unsigned maxFactor = 64;
     bool quick = false;
     bool markdown = false;
 };
@@ -40,7 +40,7 @@ void declareCommon(CLI::App& command, Arguments& arguments)
         ->allow_extra_args(false);
     command.add_flag("--quick", arguments.quick, "measure the two smallest scenes a few times: under a minute");
     command.add_option("--json", arguments.jsonFile, "write all figures to this file");
-    command.add_flag("--markdown", arguments.markdown, "print the table as Markdown, and nothing else");
+    command.add_flag("--markdown", arguments.markdown, "print the tables as Markdown, and nothing else");
 }
 
 std::vector<Scene> scenesOf(const Arguments& arguments)
@@ -60,24 +60,55 @@ void writeReport(osgTessLOD::AtomicFile& file, const BenchmarkResult& result)
     file.commit();
 }
 
-enum class Command { Bake, Frame, Metric, Simplify };
+BakeBenchmarkOptions bakeOptions(const Arguments& arguments)
+{
+    constexpr unsigned kQuickSeconds = 5;
+    BakeBenchmarkOptions options = arguments.bake;
+    if (arguments.quick) {
+        options.runs = 1;
+        options.yardstickSeconds = std::min(options.yardstickSeconds, kQuickSeconds);
+    }
+    return options;
+}
+
+void printTables(const std::vector<ResultTable>& tables, bool markdown)
+{
+    const char* separator = "";
+    for (const ResultTable& table : tables) {
+        if (table.rows.empty()) { continue; }
+        fmt::print("{}{}", separator, table.toText(markdown));
+        separator = "\n";
+    }
+}
+
+enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder };
 
 BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const Arguments& arguments)
 {
     constexpr std::size_t kQuickDirections = 10000;
+    constexpr unsigned kQuickFactor = 16;
+    const unsigned maxFactor = arguments.quick ? std::min(arguments.maxFactor, kQuickFactor) : arguments.maxFactor;
     switch (command) {
-    case Command::Bake: return benchmarkBakes(scenes, arguments.quick ? 1 : arguments.runs, arguments.keepFolder);
+    case Command::Bake: return benchmarkBakes(scenes, bakeOptions(arguments));
     case Command::Frame: return benchmarkFrames(scenes, arguments.quick ? 3 : arguments.frames);
+    case Command::Levels: return benchmarkLevels(scenes, maxFactor);
+    case Command::Ladder: return benchmarkLadders(scenes, maxFactor);
     case Command::Simplify: return benchmarkSimplification(scenes, arguments.methods);
     default: return benchmarkMetric(scenes, arguments.quick ? kQuickDirections : arguments.directions);
     }
+}
+
+/// Simplifying scans takes minutes: they are compared only where they are asked for.
+bool takesScansByName(Command command)
+{
+    return command == Command::Simplify || command == Command::Levels || command == Command::Ladder;
 }
 
 /// The exit status: 1 if a scene could not be measured.
 int run(Command command, const Arguments& arguments)
 {
     std::vector<Scene> scenes = scenesOf(arguments);
-    if (command == Command::Simplify && arguments.scenes.empty()) {
+    if (takesScansByName(command) && arguments.scenes.empty()) {
         scenes.erase(std::remove_if(scenes.begin(), scenes.end(), [](const Scene& s) { return !isBuiltin(s); }), scenes.end());
     }
     for (const Scene& scene : scenes) {
@@ -88,7 +119,7 @@ int run(Command command, const Arguments& arguments)
     if (!arguments.jsonFile.empty()) { file = std::make_unique<osgTessLOD::AtomicFile>(arguments.jsonFile); }
 
     const BenchmarkResult result = measure(command, scenes, arguments);
-    if (!result.rows.empty()) { fmt::print("{}", result.table.toText(arguments.markdown)); }
+    printTables(result.tables, arguments.markdown);
     if (!arguments.markdown && !result.glRenderer.empty()) { fmt::print("GL renderer: {}\n", result.glRenderer); }
     if (file) { writeReport(*file, result); }
     for (const std::string& failure : result.failures) { fmt::print(stderr, "osgtesslodbench: {}\n", failure); }
@@ -110,17 +141,33 @@ int main(int argc, char** argv)
         ->allow_extra_args(false)
         ->check(CLI::IsMember(simplifyMethods()));
     CLI::App* metric = app.add_subcommand("metric", "how far approximations of the view-dependent error are above it");
+    CLI::App* levels = app.add_subcommand("levels", "distances of levels from the source, by strips and uniform ones");
+    CLI::App* ladder = app.add_subcommand("ladder", "triangles drawn and bytes with more levels than powers of two");
+    for (CLI::App* command : {levels, ladder}) {
+        command->add_option("--max-factor", arguments.maxFactor, "tessellation factor of the finest level")
+            ->capture_default_str()
+            ->check(CLI::IsMember({2U, 4U, 8U, 16U, 32U, 64U}));
+    }
     declareCommon(*bake, arguments);
+    declareCommon(*levels, arguments);
+    declareCommon(*ladder, arguments);
     declareCommon(*simplify, arguments);
     declareCommon(*frame, arguments);
     declareCommon(*metric, arguments);
     metric->add_option("--directions", arguments.directions, "random directions per patch and level")
         ->capture_default_str()
         ->check(CLI::Range(1, 100000000));
-    bake->add_option("--runs", arguments.runs, "bakes per scene, each in a process of its own")
+    bake->add_option("--runs", arguments.bake.runs, "bakes per scene, each in a process of its own")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
-    bake->add_option("--keep", arguments.keepFolder, "keep the .tlod files in this folder, for frame --scene")
+    bake->add_option("--technique", arguments.bake.technique, "how levels are made")
+        ->capture_default_str()
+        ->check(CLI::IsMember(osgTessLOD::bake::techniqueNames()));
+    bake->add_option("--limit", arguments.bake.yardstickSeconds,
+                     "seconds that meshoptimizer and osgUtil::Simplifier may take each")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000));
+    bake->add_option("--keep", arguments.bake.keepFolder, "keep the .tlod files in this folder, for frame --scene")
         ->check(CLI::ExistingDirectory);
     frame->add_option("--frames", arguments.frames, "frames to take the median of, after two to warm up")
         ->capture_default_str()
@@ -134,6 +181,8 @@ int main(int argc, char** argv)
         return run(bake->parsed()       ? Command::Bake
                    : frame->parsed()    ? Command::Frame
                    : simplify->parsed() ? Command::Simplify
+                   : levels->parsed()   ? Command::Levels
+                   : ladder->parsed()   ? Command::Ladder
                                         : Command::Metric,
                    arguments);
     } catch (const std::exception& error) {

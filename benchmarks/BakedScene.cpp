@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#include "BakedScene.h"
+
+#include <osgTessLOD/asset/TlodFile.h>
+
+#include <filesystem>
+
+namespace osgTessLOD::benchmarks {
+
+BakedScene bakeToFile(const Scene& scene, const bake::BakeOptions& options, const std::string& path)
+{
+    BakedScene baked;
+    bake::Progress progress;
+    baked.asset = bake::bakeSource(scene.source, options, progress, baked.report);
+    writeTlod(path, baked.asset);
+    baked.fileBytes = std::filesystem::file_size(path);
+    baked.levelBytes.resize(baked.asset.levels.size());
+    for (const TlodChunk& chunk : readTlodContents(path)) {
+        if (chunk.type == "NRML") { baked.normalBytes += chunk.storedBytes; }
+        if (chunk.type.rfind("LVL", 0) == 0) { baked.levelBytes.at(chunk.level) += chunk.storedBytes; }
+    }
+    return baked;
+}
+
+} // namespace osgTessLOD::benchmarks

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "Scenes.h"
+
+#include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/bake/Baker.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace osgTessLOD::benchmarks {
+
+/// An asset and the .tlod file that it was written to.
+struct BakedScene {
+    LodAsset asset;
+    bake::BakeReport report;
+    std::uint64_t fileBytes = 0;
+    std::uint64_t normalBytes = 0;         ///< of the file, its normal textures
+    std::vector<std::uint64_t> levelBytes; ///< of the file, each level's errors, vertices and parameters
+};
+
+/// Throws AssetError for bad input and for a path that cannot be written.
+BakedScene bakeToFile(const Scene& scene, const bake::BakeOptions& options, const std::string& path);
+
+} // namespace osgTessLOD::benchmarks

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+// The benchmark command as a program: that what it writes agrees with itself. Times are never looked at.
+#include <bake/ProceduralMeshes.h>
+
+#include <osgTessLOD/asset/SurfaceMesh.h>
+#include <support/FileBytes.h>
+#include <support/TemporaryDirectory.h>
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <sys/wait.h>
+
+#include <cstdlib>
+
+namespace osgTessLOD {
+namespace {
+
+using Json = nlohmann::json;
+
+class BenchCommand : public testing::Test {
+protected:
+    struct Outcome {
+        int status;
+        std::string output; ///< errors included
+    };
+    Outcome run(const std::string& arguments) const
+    {
+        const std::string log = _folder.file("log");
+        const std::string command =
+            "env -u OSGTESSLOD_DATA " OSGTESSLOD_BENCH " " + arguments + " > '" + log + "' 2>&1";
+        const int status = std::system(command.c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readBytes(log)};
+    }
+    /// What the command writes to --json.
+    Json report(const std::string& arguments) const
+    {
+        const std::string path = _folder.file("report.json");
+        const Outcome outcome = run(arguments + " --json '" + path + "'");
+        EXPECT_EQ(outcome.status, 0) << outcome.output;
+        return Json::parse(readBytes(path));
+    }
+    /// The path of a torus of 1,280 triangles.
+    std::string torus() const
+    {
+        const bake::SourceMesh mesh = bake::torus(40, 16);
+        SurfaceMesh surface;
+        for (const auto& p : mesh.positions) { surface.positions.push_back({p.x(), p.y(), p.z()}); }
+        surface.triangles = mesh.triangles;
+        writePly(_folder.file("torus.ply"), surface);
+        return _folder.file("torus.ply");
+    }
+
+    TemporaryDirectory _folder;
+};
+
+/// That each level has about half of the former's triangles, from the source down to few.
+void expectHalving(const Json& triangles)
+{
+    ASSERT_GE(triangles.size(), 4U);
+    for (std::size_t l = 1; l < triangles.size(); ++l) {
+        EXPECT_NEAR(triangles[l].get<double>() / triangles[l - 1].get<double>(), 0.5, 0.1) << "level " << l;
+    }
+    EXPECT_LE(triangles.back(), 100U);
+}
+
+TEST_F(BenchCommand, BakeHasOtherLibrariesHalveTheSameTriangles)
+{
+    const Json report = this->report("bake --technique uniform --runs 1 --scene '" + torus() + "'");
+    const Json& row = report["rows"].at(0);
+    EXPECT_EQ(row["technique"], "uniform");
+    for (const char* name : {"meshoptimizer", "osgSimplifier"}) {
+        EXPECT_FALSE(row[name]["limitReached"]) << name;
+        EXPECT_EQ(row[name]["triangles"].at(0), row["sourceTriangles"]) << name;
+        expectHalving(row[name]["triangles"]);
+    }
+    const Json& summary = report["summary"];
+    EXPECT_EQ(summary["seconds"]["torus"], row["seconds"]);
+    EXPECT_DOUBLE_EQ(summary["source_triangles_per_second"], 1280.0 / row["seconds"].get<double>());
+    EXPECT_DOUBLE_EQ(summary["meshoptimizer_ratio"], row["meshoptimizer"]["ratio"]);
+    EXPECT_DOUBLE_EQ(summary["osg_simplifier_ratio"], row["osgSimplifier"]["ratio"]);
+    EXPECT_FALSE(summary["osg_simplifier_ratio_is_upper_bound"]);
+}
+
+TEST_F(BenchCommand, BakeEndsAYardstickAtItsLimit)
+{
+    // osgUtil::Simplifier takes minutes for half a million triangles.
+    const Json report = this->report("bake --technique uniform --runs 1 --limit 1 --scene asteroid");
+    const Json& simplifier = report["rows"].at(0)["osgSimplifier"];
+    EXPECT_TRUE(simplifier["limitReached"]);
+    EXPECT_EQ(simplifier["seconds"], 1);
+    EXPECT_TRUE(report["summary"]["osg_simplifier_ratio_is_upper_bound"]);
+}
+
+TEST_F(BenchCommand, LevelsAreAsNearAsTheyClaim)
+{
+    const Json report = this->report("levels --max-factor 4 --scene asteroid");
+    ASSERT_EQ(report["rows"].size(), 3U);
+    for (const Json& row : report["rows"]) {
+        for (const char* technique : {"strips", "uniform"}) {
+            const Json& level = row[technique];
+            const double nearest = level["largestErrorPercent"].get<double>() + 1e-4;
+            EXPECT_GT(level["levelToSourcePercent"], 0.0) << row;
+            EXPECT_LE(level["levelToSourcePercent"], nearest) << row;
+            EXPECT_LE(level["sourceToLevelPercent"], nearest) << row;
+            EXPECT_LE(level["meanErrorPercent"], level["largestErrorPercent"]) << row;
+            EXPECT_GT(level["bytes"], 0U) << row;
+        }
+        const std::string factor = std::to_string(row["factor"].get<unsigned>());
+        EXPECT_DOUBLE_EQ(report["summary"]["strips_over_uniform_hausdorff"][factor], row["hausdorffOverUniform"]);
+    }
+}
+
+TEST_F(BenchCommand, LadderComparesTrianglesAtEqualErrors)
+{
+    const Json report = this->report("ladder --max-factor 8 --scene asteroid");
+    ASSERT_FALSE(report["rows"].empty());
+    double before = 0.0;
+    for (const Json& row : report["rows"]) {
+        EXPECT_GT(row["errorPercent"], before) << row;
+        EXPECT_LT(row["saturatedPatches"], row["patches"]) << row;
+        EXPECT_DOUBLE_EQ(row["denseOverPowers"],
+                         row["denseTriangles"].get<double>() / row["powersTriangles"].get<double>());
+        before = row["errorPercent"];
+    }
+    EXPECT_GT(report["summary"]["dense_over_powers_bytes"], 1.0) << "one more level";
+    EXPECT_GT(report["summary"]["dense_over_powers_triangles"], 0.0);
+}
+
+TEST_F(BenchCommand, NamesWhatItCannotMeasure)
+{
+    const std::string path = _folder.file("empty.obj");
+    writeBytes(path, "");
+    for (const char* command : {"bake", "levels", "ladder"}) {
+        const Outcome outcome = run(std::string(command) + " --scene '" + path + "'");
+        EXPECT_EQ(outcome.status, 1) << command;
+        EXPECT_NE(outcome.output.find("osgtesslodbench: empty: " + path), std::string::npos) << outcome.output;
+    }
+    EXPECT_EQ(run("levels --scene nowhere").status, 1);
+}
+
+} // namespace
+} // namespace osgTessLOD
