@@ -3,8 +3,9 @@
 #include "Benchmark.h"
 #include "ChildProcess.h"
 #include "ReferenceSurface.h"
-#include "WorkFolder.h"
 #include "Yardsticks.h"
+
+#include <support/TemporaryDirectory.h>
 
 #include <fmt/format.h>
 
@@ -275,7 +276,7 @@ double mean(const std::vector<double>& values)
 
 BenchmarkResult benchmarkBakes(const std::vector<Scene>& scenes, const BakeBenchmarkOptions& options)
 {
-    const WorkFolder folder;
+    const TemporaryDirectory folder;
     const auto fileOf = [&](const Scene& scene) {
         return options.keepFolder.empty() ? folder.file("scene.tlod") : options.keepFolder + "/" + scene.name + ".tlod";
     };

@@ -2,13 +2,13 @@
 #include "BakedScene.h"
 #include "Benchmark.h"
 #include "ChildProcess.h"
-#include "WorkFolder.h"
 
 #include <osgTessLOD/bake/Baker.h>
 #include <osgtesslodviewer/HeadlessRun.h>
 #include <osgtesslodviewer/SceneDrawables.h>
 #include <osgtesslodviewer/SceneLoading.h>
 #include <osgtesslodviewer/ViewerOptions.h>
+#include <support/TemporaryDirectory.h>
 
 #include <fmt/format.h>
 #include <osg/ArgumentParser>
@@ -131,7 +131,7 @@ std::vector<std::string> tableRow(const Json& row)
 }
 
 /// Path of the scene's .tlod file, which is made if it is none itself.
-std::string bakedFile(const Scene& scene, const WorkFolder& folder)
+std::string bakedFile(const Scene& scene, const TemporaryDirectory& folder)
 {
     if (isBaked(scene)) { return scene.source; }
     fmt::print(stderr, "{}: bake\n", scene.name);
@@ -143,7 +143,7 @@ std::string bakedFile(const Scene& scene, const WorkFolder& folder)
     return path;
 }
 
-void benchmarkScene(const Scene& scene, unsigned frames, const WorkFolder& folder, BenchmarkResult& result)
+void benchmarkScene(const Scene& scene, unsigned frames, const TemporaryDirectory& folder, BenchmarkResult& result)
 {
     const std::string path = bakedFile(scene, folder);
     for (const View& view : kViews) {
@@ -179,7 +179,7 @@ Json summaryOf(const Json& rows)
 
 BenchmarkResult benchmarkFrames(const std::vector<Scene>& scenes, unsigned frames)
 {
-    const WorkFolder folder;
+    const TemporaryDirectory folder;
     BenchmarkResult result;
     result.tables.emplace_back().headers = {"scene",     "view",      "error px", "drawn",   "culled",
                                             "saturated", "triangles", "cull ms",  "draw ms", "frame ms"};

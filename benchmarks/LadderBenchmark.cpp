@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "BakedScene.h"
 #include "Benchmark.h"
-#include "WorkFolder.h"
 
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/PatchSelector.h>
+#include <support/TemporaryDirectory.h>
 
 #include <fmt/format.h>
 
@@ -30,7 +30,7 @@ struct Ladders {
     BakedScene dense;
 };
 
-Ladders bakeLadders(const Scene& scene, unsigned maxFactor, const WorkFolder& folder)
+Ladders bakeLadders(const Scene& scene, unsigned maxFactor, const TemporaryDirectory& folder)
 {
     fmt::print(stderr, "{}: powers of two\n", scene.name);
     bake::BakeOptions options;
@@ -147,7 +147,7 @@ Json meanOverScenes(const Json& scenes, const char* key)
 
 BenchmarkResult benchmarkLadders(const std::vector<Scene>& scenes, unsigned maxFactor)
 {
-    const WorkFolder folder;
+    const TemporaryDirectory folder;
     BenchmarkResult result;
     result.tables.resize(2);
     result.tables[0].headers = {"scene",           "error %", "patches", "saturated", "powers of two", "dense ladder",

@@ -2,7 +2,8 @@
 #include "BakedScene.h"
 #include "Benchmark.h"
 #include "ReferenceSurface.h"
-#include "WorkFolder.h"
+
+#include <support/TemporaryDirectory.h>
 
 #include <fmt/format.h>
 
@@ -27,7 +28,7 @@ double symmetricPercent(const Json& level)
 /// The scene's levels by one technique, coarse first. Distances and errors are in % of the diagonal of the source's
 /// bounding box.
 std::vector<Json> measureLevels(const Scene& scene, const char* technique, unsigned maxFactor, const Triangles& source,
-                                const WorkFolder& folder)
+                                const TemporaryDirectory& folder)
 {
     fmt::print(stderr, "{}: {}\n", scene.name, technique);
     bake::BakeOptions options;
@@ -51,7 +52,7 @@ std::vector<Json> measureLevels(const Scene& scene, const char* technique, unsig
 }
 
 /// One row per factor: the levels of both techniques, and the distance and mean error by strips to the uniform ones.
-std::vector<Json> measureScene(const Scene& scene, unsigned maxFactor, const WorkFolder& folder)
+std::vector<Json> measureScene(const Scene& scene, unsigned maxFactor, const TemporaryDirectory& folder)
 {
     const Triangles source = sourceTriangles(scene, maxFactor);
     std::vector<Json> rows;
@@ -102,7 +103,7 @@ Json meansByFactor(const Json& rows, const char* key)
 
 BenchmarkResult benchmarkLevels(const std::vector<Scene>& scenes, unsigned maxFactor)
 {
-    const WorkFolder folder;
+    const TemporaryDirectory folder;
     BenchmarkResult result;
     ResultTable& table = result.tables.emplace_back();
     table.headers = {"scene", "factor", "triangles", "strips → source %", "uniform", "source → strips %", "uniform",
