@@ -116,8 +116,7 @@ Json summarize(const Scene& scene, const std::string& technique, const std::vect
     }
     const Json& first = runs.front();
     const double diagonal = first["diagonal"].get<double>();
-    const Json& finest = first["levels"].back();
-    const auto vertices = finest["vertices"].get<std::uint64_t>();
+    const auto vertices = first["finest_vertices"].get<std::uint64_t>();
     const auto bytes = first["fileBytes"].get<std::uint64_t>();
     const auto geometryBytes = bytes - first["normalBytes"].get<std::uint64_t>();
     const auto percent = [&](const Json& distance) { return 100.0 * distance.get<double>() / diagonal; };
@@ -125,7 +124,7 @@ Json summarize(const Scene& scene, const std::string& technique, const std::vect
             {"technique", technique},
             {"sourceTriangles", first["source_triangles"]},
             {"patches", first["patches"]},
-            {"factor", finest["factor"]},
+            {"factor", first["levels"].back()["factor"]},
             {"finestVertices", vertices},
             {"runs", runs.size()},
             {"seconds", median(seconds)},
@@ -138,7 +137,7 @@ Json summarize(const Scene& scene, const std::string& technique, const std::vect
             {"geometryBytesPerFinestVertex", static_cast<double>(geometryBytes) / static_cast<double>(vertices)},
             {"levelToSourcePercent", percent(first["levelToSource"])},
             {"sourceToLevelPercent", percent(first["sourceToLevel"])},
-            {"boundPercent", percent(finest["largest_error"])}};
+            {"boundPercent", percent(first["largest_finest_error"])}};
 }
 
 bool boundHolds(const Json& row)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "AssetInfo.h"
 
+#include <osgTessLOD/asset/AssetSummary.h>
 #include <osgTessLOD/asset/LodAsset.h>
-#include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/asset/TlodFile.h>
 
 #include <nlohmann/json.hpp>
@@ -13,29 +13,15 @@ namespace osgTessLOD {
 
 namespace {
 
-nlohmann::ordered_json describeLevel(const LodAsset& asset, std::size_t level)
+nlohmann::ordered_json describeLevel(const AssetSummary::Level& level)
 {
-    const unsigned factor = asset.ladder[level];
-    const std::vector<LevelError>& errors = asset.levels[level].errors;
-    double largest = 0.0;
-    double sum = 0.0;
-    for (const LevelError& error : errors) {
-        largest = std::max(largest, static_cast<double>(error.isotropic));
-        sum += static_cast<double>(error.isotropic);
-    }
-    return {{"factor", factor},
-            {"patches", errors.size()},
-            {"vertices", asset.levels[level].vertices.size()},
-            {"triangles", errors.size() * TessellationPattern::triangleCount(factor)},
-            {"largest_error", largest},
-            {"mean_error", errors.empty() ? 0.0 : sum / static_cast<double>(errors.size())}};
-}
-
-std::uint64_t finestVertexCount(const LodAsset& asset)
-{
-    std::uint64_t count = 0;
-    for (const LodPatch& patch : asset.patches) { count += TessellationPattern::vertexCount(asset.ladder[patch.finestLevel]); }
-    return count;
+    return {{"factor", level.factor},
+            {"patches", level.patches},
+            {"finest_patches", level.finestPatches},
+            {"vertices", level.vertices},
+            {"triangles", level.triangles},
+            {"largest_error", level.largestError},
+            {"mean_error", level.meanError}};
 }
 
 } // namespace
@@ -55,9 +41,11 @@ std::string describeTlod(const std::string& path)
     json["origin"] = asset.lattice.origin;
     json["lattice_step"] = asset.lattice.step;
     json["bounds"] = {{"min", asset.boundsMin}, {"max", asset.boundsMax}};
-    for (std::size_t level = 0; level < asset.levels.size(); ++level) {
-        json["levels"].push_back(describeLevel(asset, level));
-    }
+    const AssetSummary summary = summarize(asset);
+    for (const AssetSummary::Level& level : summary.levels) { json["levels"].push_back(describeLevel(level)); }
+    json["finest_vertices"] = summary.finestVertices;
+    json["finest_triangles"] = summary.finestTriangles;
+    json["largest_finest_error"] = summary.largestFinestError;
     json["normal_resolution"] = asset.normals.resolution;
 
     std::uint64_t fileBytes = 0;
@@ -70,7 +58,7 @@ std::string describeTlod(const std::string& path)
         fileBytes = std::max(fileBytes, chunk.offset + chunk.storedBytes);
         if (chunk.type == "LVLV" || chunk.type == "LVLP") { levelBytes += chunk.storedBytes; }
     }
-    const auto finest = static_cast<double>(finestVertexCount(asset));
+    const auto finest = static_cast<double>(summary.finestVertices);
     json["file_bytes"] = fileBytes;
     json["file_bytes_per_finest_vertex"] = static_cast<double>(fileBytes) / finest;
     json["vertex_bytes_per_finest_vertex"] = static_cast<double>(levelBytes) / finest;

@@ -4,6 +4,7 @@
 #include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/bake/ErrorFit.h>
+#include <osgTessLOD/bake/FinestLevels.h>
 #include <osgTessLOD/bake/LevelErrors.h>
 
 #include <Eigen/Geometry>
@@ -20,6 +21,7 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 using LatticePoint = std::array<std::int32_t, 3>;
+using LatticeLevels = std::vector<std::vector<LatticePoint>>;
 
 /// A model farther from the origin than this many times its size gets a frame of its own.
 constexpr double kFarAway = 2.0;
@@ -79,79 +81,130 @@ private:
     float _step = 0.0F;
 };
 
-void copyTopology(const PatchTopology& topology, std::uint8_t finestLevel, LodAsset& asset)
+void copyTopology(const PatchTopology& topology, const std::vector<FinestLevels>& finest, LodAsset& asset)
 {
     asset.edges.resize(topology.edges.size());
     for (std::size_t e = 0; e < topology.edges.size(); ++e) {
-        asset.edges[e].baseVertices = topology.edges[e].vertices;
-        asset.edges[e].patches = topology.edges[e].patches;
-        asset.edges[e].finestLevel = finestLevel;
+        const PatchTopology::Edge& edge = topology.edges[e];
+        asset.edges[e].baseVertices = edge.vertices;
+        asset.edges[e].patches = edge.patches;
+        asset.edges[e].finestLevel = finest[edge.patches[0]].borders[edge.sides[0]];
     }
     asset.patches.resize(topology.patches.size());
     for (std::size_t p = 0; p < topology.patches.size(); ++p) {
         asset.patches[p].baseVertices = topology.patches[p];
         asset.patches[p].edges = topology.patchEdges[p];
-        asset.patches[p].finestLevel = finestLevel;
+        asset.patches[p].finestLevel = finest[p].patch;
     }
 }
 
-bool hasParameters(const PatchLevels& levels, std::size_t level)
+/// Sizes the levels for the patches that reach them. Returns the patches' slots in each.
+std::vector<std::vector<std::uint32_t>> makeRoom(const LevelHierarchy& hierarchy, LodAsset& asset)
 {
-    return level < levels.parameters.size() && !levels.parameters[level].empty();
+    std::vector<std::vector<std::uint32_t>> slots;
+    for (std::size_t l = 0; l < hierarchy.ladder.size(); ++l) {
+        slots.push_back(asset.levelSlots(l));
+        LodLevel& level = asset.levels.emplace_back();
+        bool needParameters = false;
+        for (std::size_t p = 0; p < slots[l].size(); ++p) {
+            if (slots[l][p] == kNoPatch) { continue; }
+            level.errors.emplace_back();
+            needParameters = needParameters || hierarchy.patches[p].hasParameters(l);
+        }
+        level.vertices.resize(level.errors.size() * TessellationPattern::vertexCount(hierarchy.ladder[l]));
+        if (needParameters) { level.parameters.resize(level.vertices.size()); }
+    }
+    return slots;
 }
 
 /// Everything about one patch that needs its stored positions: vertices, errors, bounds, cone.
 class PatchAssembler {
 public:
-    PatchAssembler(const LatticeFrame& frame, const std::vector<std::uint16_t>& ladder, unsigned chartFactor)
+    PatchAssembler(const LatticeFrame& frame, const ChartSet& charts, const LevelHierarchy& hierarchy)
         : _frame(frame)
-        , _errors(ladder, chartFactor)
+        , _charts(charts)
+        , _hierarchy(hierarchy)
+        , _errors(hierarchy.ladder, charts.factor)
     {
-        for (const std::uint16_t factor : ladder) { _patterns.emplace_back(factor); }
+        for (const std::uint16_t factor : hierarchy.ladder) { _patterns.emplace_back(factor); }
     }
 
-    void assemble(const PatchChart& chart, const PatchLevels& levels, std::size_t p, LodAsset& asset) const
+    /// E_iso of the patch at its finest as it would be stored, without chartError; object units.
+    double errorAtFinest(std::size_t p, const FinestLevels& finest) const
+    {
+        return _errors.atFinest(decoded(p, quantized(p, finest)), reference(p), finest);
+    }
+
+    /// `slots`: per level, of each patch that reaches it.
+    void assemble(std::size_t p, const FinestLevels& finest, const std::vector<std::vector<std::uint32_t>>& slots,
+                  LodAsset& asset) const
     {
         LodPatch& patch = asset.patches[p];
-        patch.chartError = roundUp(chart.chartError * _frame.scale());
-        std::vector<std::vector<LatticePoint>> lattice(levels.positions.size());
+        patch.chartError = roundUp(chartError(p));
+        const LatticeLevels lattice = quantized(p, finest);
         LatticePoint low{};
         low.fill(std::numeric_limits<std::int32_t>::max());
-        for (std::size_t level = 0; level < lattice.size(); ++level) {
-            for (const Vector3d& position : levels.positions[level]) {
-                lattice[level].push_back(_frame.toLattice(position));
-                for (std::size_t k = 0; k < 3; ++k) { low[k] = std::min(low[k], lattice[level].back()[k]); }
+        for (const auto& level : lattice) {
+            for (const LatticePoint& point : level) {
+                for (std::size_t k = 0; k < 3; ++k) { low[k] = std::min(low[k], point[k]); }
             }
         }
         patch.latticeOrigin = low;
 
-        PatchLevels stored = levels; // as they decode
-        for (std::size_t level = 0; level < lattice.size(); ++level) {
-            storeVertices(lattice[level], low, level == 0 ? nullptr : &levels.parents[level],
-                          &asset.levels[level].vertices[p * lattice[level].size()]);
-            std::vector<std::uint32_t>& parameters = asset.levels[level].parameters;
-            if (!parameters.empty()) { storeParameters(levels, level, &parameters[p * lattice[level].size()]); }
-            for (std::size_t v = 0; v < lattice[level].size(); ++v) {
-                stored.positions[level][v] = _frame.fromLattice(lattice[level][v]);
-            }
+        const PatchLevels stored = decoded(p, lattice);
+        const std::vector<LevelVectors> vectors = _errors.measure(stored, reference(p), finest);
+        for (std::size_t l = 0; l < lattice.size(); ++l) {
+            LodLevel& level = asset.levels[l];
+            const std::size_t slot = slots[l][p];
+            const std::size_t first = slot * lattice[l].size();
+            storeVertices(lattice[l], low, l == 0 ? nullptr : &stored.parents[l], &level.vertices[first]);
+            if (!level.parameters.empty()) { storeParameters(stored, l, &level.parameters[first]); }
+            level.errors[slot] = errorOf(vectors[l], chartError(p));
         }
-        measureErrors(chart, stored, p, asset);
         boundSphere(stored.positions, patch);
         boundNormals(stored.positions, patch);
     }
 
 private:
-    void measureErrors(const PatchChart& chart, const PatchLevels& stored, std::size_t p, LodAsset& asset) const
+    double chartError(std::size_t p) const { return _charts.charts[p].chartError * _frame.scale(); }
+
+    std::vector<Vector3d> reference(std::size_t p) const
     {
-        std::vector<Vector3d> reference(chart.positions.size());
-        for (std::size_t v = 0; v < reference.size(); ++v) { reference[v] = _frame.toAsset(chart.positions[v]); }
-        const std::vector<LevelVectors> vectors = _errors.measure(stored, reference);
-        for (std::size_t level = 0; level < vectors.size(); ++level) {
-            const double offset = vectors[level].betweenSamples + chart.chartError * _frame.scale();
-            LevelError& error = asset.levels[level].errors[p];
-            error.isotropic = fitIsotropic(vectors[level].drawn, offset);
-            error.quadratic = fitQuadratic(vectors[level].drawn, offset).error;
+        std::vector<Vector3d> positions;
+        for (const Vector3d& position : _charts.charts[p].positions) { positions.push_back(_frame.toAsset(position)); }
+        return positions;
+    }
+
+    LatticeLevels quantized(std::size_t p, const FinestLevels& finest) const
+    {
+        LatticeLevels lattice(finest.patch + std::size_t{1});
+        for (std::size_t level = 0; level < lattice.size(); ++level) {
+            for (const Vector3d& position : _hierarchy.patches[p].positions[level]) {
+                lattice[level].push_back(_frame.toLattice(position));
+            }
         }
+        return lattice;
+    }
+
+    /// The levels as they decode, asset frame.
+    PatchLevels decoded(std::size_t p, const LatticeLevels& lattice) const
+    {
+        PatchLevels levels = _hierarchy.patches[p];
+        levels.positions.resize(lattice.size());
+        for (std::size_t level = 0; level < lattice.size(); ++level) {
+            std::transform(lattice[level].begin(), lattice[level].end(), levels.positions[level].begin(),
+                           [&](const LatticePoint& point) { return _frame.fromLattice(point); });
+        }
+        return levels;
+    }
+
+    static LevelError errorOf(const LevelVectors& vectors, double chartError)
+    {
+        const double offset = vectors.betweenSamples + chartError;
+        LevelError error;
+        error.isotropic = fitIsotropic(vectors.drawn, offset);
+        error.quadratic = fitQuadratic(vectors.drawn, offset).error;
+        return error;
     }
 
     static float roundUp(double value)
@@ -172,7 +225,7 @@ private:
     {
         const TessellationPattern& pattern = _patterns[level];
         for (std::uint32_t v = 0; v < pattern.vertexCount(); ++v) {
-            const ChartPoint point = hasParameters(levels, level)
+            const ChartPoint point = levels.hasParameters(level)
                                          ? levels.parameters[level][v]
                                          : TessellationPattern::chartPoint(pattern.factor(), v);
             parameters[v] = point.bits();
@@ -224,39 +277,39 @@ private:
     }
 
     const LatticeFrame& _frame;
+    const ChartSet& _charts;
+    const LevelHierarchy& _hierarchy;
     LevelErrors _errors;
     std::vector<TessellationPattern> _patterns;
 };
 
 } // namespace
 
-LodAsset assembleAsset(const PatchMap& map, const ChartSet& charts, const LevelHierarchy& hierarchy, Progress& progress)
+LodAsset assembleAsset(const PatchMap& map, const ChartSet& charts, const LevelHierarchy& hierarchy, double tolerance,
+                       Progress& progress)
 {
+    const PatchTopology& topology = map.topology();
+    const LatticeFrame frame(map, hierarchy);
+    const PatchAssembler assembler(frame, charts, hierarchy);
+    const std::vector<FinestLevels> finest = chooseFinestLevels(
+        topology, static_cast<std::uint8_t>(hierarchy.ladder.size() - 1), tolerance * frame.scale(),
+        [&](std::uint32_t p, const FinestLevels& levels) { return assembler.errorAtFinest(p, levels); }, progress);
+
     const std::size_t patches = hierarchy.patches.size();
     progress.begin("errors", patches, "patches");
-    const LatticeFrame frame(map, hierarchy);
     LodAsset asset;
     asset.ladder = hierarchy.ladder;
     asset.lattice = frame.lattice();
-    copyTopology(map.topology(), static_cast<std::uint8_t>(hierarchy.ladder.size() - 1), asset);
-    asset.baseVertices.resize(map.topology().vertexCount);
+    copyTopology(topology, finest, asset);
+    asset.baseVertices.resize(topology.vertexCount);
     for (std::size_t p = 0; p < patches; ++p) {
         for (std::size_t k = 0; k < 3; ++k) {
-            asset.baseVertices[map.topology().patches[p][k]] = frame.toLattice(hierarchy.patches[p].positions[0][k]);
+            asset.baseVertices[topology.patches[p][k]] = frame.toLattice(hierarchy.patches[p].positions[0][k]);
         }
     }
-    asset.levels.resize(hierarchy.ladder.size());
-    for (std::size_t level = 0; level < asset.levels.size(); ++level) {
-        asset.levels[level].vertices.resize(patches * TessellationPattern::vertexCount(hierarchy.ladder[level]));
-        asset.levels[level].errors.resize(patches);
-        if (std::any_of(hierarchy.patches.begin(), hierarchy.patches.end(),
-                        [&](const PatchLevels& levels) { return hasParameters(levels, level); })) {
-            asset.levels[level].parameters.resize(asset.levels[level].vertices.size());
-        }
-    }
-    const PatchAssembler assembler(frame, hierarchy.ladder, charts.factor);
+    const std::vector<std::vector<std::uint32_t>> slots = makeRoom(hierarchy, asset);
     tbb::parallel_for(std::size_t{0}, patches, [&](std::size_t p) {
-        assembler.assemble(charts.charts[p], hierarchy.patches[p], p, asset);
+        assembler.assemble(p, finest[p], slots, asset);
         progress.step(1);
     });
     AlignedBox3d box;

@@ -2,7 +2,6 @@
 #include <osgTessLOD/bake/Baker.h>
 
 #include <osgTessLOD/asset/AssetError.h>
-#include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/bake/AssetAssembler.h>
 #include <osgTessLOD/bake/BuiltinSurface.h>
 #include <osgTessLOD/bake/ChartError.h>
@@ -11,6 +10,7 @@
 #include <osgTessLOD/bake/RefinedPatches.h>
 #include <osgTessLOD/bake/UniformLevels.h>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 #include <tbb/global_control.h>
@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <utility>
 
@@ -108,22 +109,18 @@ std::unique_ptr<RefinedPatches> makeMeshPatches(const std::string& path, const B
     });
 }
 
-void summarizeLevels(const LodAsset& asset, BakeReport& report)
+void checkTolerance(const BakeOptions& options)
 {
-    for (std::size_t level = 0; level < asset.levels.size(); ++level) {
-        BakeReport::Level entry;
-        entry.factor = asset.ladder[level];
-        entry.vertices = asset.levels[level].vertices.size();
-        entry.triangles = asset.levels[level].errors.size() * TessellationPattern::triangleCount(entry.factor);
-        for (const LevelError& error : asset.levels[level].errors) {
-            entry.largestError = std::max(entry.largestError, static_cast<double>(error.isotropic));
-            entry.meanError += static_cast<double>(error.isotropic) / static_cast<double>(asset.levels[level].errors.size());
-        }
-        report.levels.push_back(entry);
+    if (!(options.tolerance >= 0.0) || !std::isfinite(options.tolerance)) {
+        throw AssetError(fmt::format("the tolerance must be a part of the diagonal, 0 or more, not {}", options.tolerance));
     }
-    for (const LodPatch& patch : asset.patches) {
-        report.largestChartError = std::max(report.largestChartError, static_cast<double>(patch.chartError));
-    }
+}
+
+double largestChartError(const LodAsset& asset)
+{
+    float largest = 0.0F;
+    for (const LodPatch& patch : asset.patches) { largest = std::max(largest, patch.chartError); }
+    return static_cast<double>(largest);
 }
 
 } // namespace
@@ -166,13 +163,14 @@ PatchedSurface makeLevels(const std::string& source, const BakeOptions& options,
 
 LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
+    checkTolerance(options);
     const auto start = std::chrono::steady_clock::now();
     const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                       options.threads != 0 ? options.threads
                                                            : static_cast<std::size_t>(tbb::info::default_concurrency()));
     PatchedSurface surface = makeLevels(source, options, progress, report);
     LodAsset asset = timed(report, "errors", [&] {
-        return assembleAsset(*surface.map, surface.charts, surface.hierarchy, progress);
+        return assembleAsset(*surface.map, surface.charts, surface.hierarchy, options.tolerance, progress);
     });
     asset.technique = options.technique;
     asset.source = source.substr(source.find_last_of('/') + 1);
@@ -188,7 +186,8 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
     report.sourceTriangles = asset.sourceTriangles;
     report.patches = asset.patches.size();
     report.diagonal = surface.map->frame().scale;
-    summarizeLevels(asset, report);
+    report.largestChartError = largestChartError(asset);
+    report.stored = summarize(asset);
     report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     report.peakBytes = peakResidentBytes();
     return asset;
@@ -213,13 +212,18 @@ std::string BakeReport::toJson() const
                             {"components", cleaning.components}};
         json["largest_chart_error"] = largestChartError;
     }
-    for (const Level& level : levels) {
+    for (const AssetSummary::Level& level : stored.levels) {
         json["levels"].push_back({{"factor", level.factor},
+                                  {"patches", level.patches},
+                                  {"finest_patches", level.finestPatches},
                                   {"vertices", level.vertices},
                                   {"triangles", level.triangles},
                                   {"largest_error", level.largestError},
                                   {"mean_error", level.meanError}});
     }
+    json["finest_vertices"] = stored.finestVertices;
+    json["finest_triangles"] = stored.finestTriangles;
+    json["largest_finest_error"] = stored.largestFinestError;
     for (const Stage& stage : stages) { json["stages"].push_back({{"name", stage.name}, {"seconds", stage.seconds}}); }
     if (strips.contractions != 0) {
         json["strips"] = {{"contractions", strips.contractions},

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/AssetSummary.h>
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/bake/ControlMesh.h>
 #include <osgTessLOD/bake/LevelHierarchy.h>
@@ -24,6 +25,9 @@ struct BakeOptions {
     ControlMeshOptions controlMesh;         ///< for mesh sources
     /// Patches of a mesh are bisected until their finest level is estimated to be this near, in units of the model's size.
     double patchTolerance = 0.0007;
+    /// No finer level of a patch is stored once its distance from the reference is at most this, in units of the model's
+    /// size; 0: all levels are. A seventh of patchTolerance, and a tenth of a pixel where the whole model is 1000 across.
+    double tolerance = 0.0001;
     std::uint64_t builtinTriangles = 0;     ///< for builtin sources; 0: their own size
     std::string technique = "strips";       ///< how levels are made: one of techniqueNames()
     StripOptions strips;                    ///< for technique "strips"
@@ -42,13 +46,6 @@ struct BakeReport {
         std::string name;
         double seconds = 0.0;
     };
-    struct Level {
-        unsigned factor = 0;
-        std::uint64_t vertices = 0;
-        std::uint64_t triangles = 0;
-        double largestError = 0.0;          ///< over patches, isotropic, source units
-        double meanError = 0.0;
-    };
     std::string source;
     std::uint64_t sourceTriangles = 0;
     bool isMesh = false;                    ///< read from a file, so that `cleaning` and `largestChartError` mean something
@@ -56,7 +53,7 @@ struct BakeReport {
     std::uint64_t patches = 0;
     double diagonal = 0.0;                  ///< of the source's bounding box, source units
     double largestChartError = 0.0;         ///< source units
-    std::vector<Level> levels;
+    AssetSummary stored;
     std::vector<Stage> stages;
     StripReport strips;                     ///< for technique "strips": what the stage "levels" spent its time on
     double seconds = 0.0;

@@ -62,6 +62,16 @@ double largestOvershoot(const std::vector<Vectors>& hulls)
     return largest;
 }
 
+/// Of sides 0, 1, 2 while they are at `level`, or at their finest where that is coarser.
+std::array<double, 3> bordersAt(double level, const FinestLevels& finest)
+{
+    std::array<double, 3> levels{};
+    for (std::size_t side = 0; side < 3; ++side) {
+        levels[side] = std::min(level, static_cast<double>(finest.borders[side]));
+    }
+    return levels;
+}
+
 } // namespace
 
 /// Overlays of morphs of levels without parameters of their own, by what they are of: most patches share them.
@@ -95,63 +105,80 @@ LevelErrors::LevelErrors(std::vector<std::uint16_t> ladder, unsigned chartFactor
         _patterns.push_back(Triangulation::ofPattern(factor));
         _rims.push_back(rimOf(factor));
         _places.push_back(patternPoints(factor));
-        _atPlaces.emplace_back(PlacedTriangulation{_patterns.back(), _places.back()},
-                               PlacedTriangulation{_chart, _chartPoints});
+        _atPlaces.push_back(std::make_shared<const DifferenceVectors>(
+            PlacedTriangulation{_patterns.back(), _places.back()}, PlacedTriangulation{_chart, _chartPoints}));
     }
 }
 
 LevelErrors::~LevelErrors() = default;
 
-Vectors LevelErrors::bareVectors(const PatchLevels& levels, std::size_t level, const Vectors& chart) const
+Vectors LevelErrors::DrawnMesh::hull(const Vectors& chart) const
 {
     Vectors vectors;
-    if (level < levels.parameters.size() && !levels.parameters[level].empty()) {
-        DifferenceVectors({_patterns[level], levels.parameters[level]}, {_chart, _chartPoints})
-            .evaluate(chart, levels.positions[level], vectors);
-    } else {
-        _atPlaces[level].evaluate(chart, levels.positions[level], vectors);
-    }
+    table->evaluate(chart, positions, vectors);
     return symmetricHull(vectors);
 }
 
-std::vector<Vectors> LevelErrors::measureBare(const PatchLevels& levels, const Vectors& chart) const
+LevelErrors::DrawnMesh LevelErrors::morph(const PatchLevels& levels, const Triangulation& triangles, double patchLevel,
+                                          const std::array<double, 3>& borderLevels) const
 {
-    std::vector<Vectors> bare;
-    for (std::size_t level = 0; level < _ladder.size(); ++level) { bare.push_back(bareVectors(levels, level, chart)); }
-    return bare;
+    MorphedPatch patch = morphPatch(levels, _ladder, _places, patchLevel, borderLevels);
+    const auto makeTable = [&] {
+        return std::make_shared<const DifferenceVectors>(PlacedTriangulation{triangles, patch.points},
+                                                         PlacedTriangulation{_chart, _chartPoints});
+    };
+    const bool atPlaces = std::all_of(levels.parameters.begin(), levels.parameters.end(),
+                                      [](const std::vector<ChartPoint>& points) { return points.empty(); });
+    const bool alike = borderLevels[0] == borderLevels[1] && borderLevels[1] == borderLevels[2];
+    // What starts from level 0 differs from patch to patch: its parents do. So, mostly, do borders that end at different
+    // levels.
+    if (!atPlaces || !alike || borderLevels[0] < 1.0) { return {makeTable(), std::move(patch.positions)}; }
+    Cache::Key key{&triangles, {}};
+    for (const ChartPoint p : patch.points) { key.second.push_back({p.u, p.v}); }
+    std::shared_ptr<const DifferenceVectors> table = _cache->find(key);
+    if (table == nullptr) {
+        table = makeTable();
+        _cache->add(std::move(key), table);
+    }
+    return {std::move(table), std::move(patch.positions)};
+}
+
+LevelErrors::DrawnMesh LevelErrors::whole(const PatchLevels& levels, std::size_t level, const FinestLevels& finest) const
+{
+    if (*std::min_element(finest.borders.begin(), finest.borders.end()) < level) {
+        const auto patchLevel = static_cast<double>(level);
+        return morph(levels, _patterns[level], patchLevel, bordersAt(patchLevel, finest));
+    }
+    if (!levels.hasParameters(level)) { return {_atPlaces[level], levels.positions[level]}; }
+    return {std::make_shared<const DifferenceVectors>(PlacedTriangulation{_patterns[level], levels.parameters[level]},
+                                                      PlacedTriangulation{_chart, _chartPoints}),
+            levels.positions[level]};
+}
+
+double LevelErrors::atFinest(const PatchLevels& levels, const Vectors& chart, const FinestLevels& finest) const
+{
+    const DrawnMesh mesh = whole(levels, finest.patch, finest);
+    return mesh.table->largest(chart, mesh.positions);
 }
 
 std::vector<LevelVectors> LevelErrors::measure(const PatchLevels& levels, const Vectors& chart) const
 {
-    const bool atPlaces = std::all_of(levels.parameters.begin(), levels.parameters.end(),
-                                      [](const std::vector<ChartPoint>& points) { return points.empty(); });
-    const auto hullOf = [&](const Triangulation& triangles, double patchLevel, double borderLevel) {
-        const MorphedPatch patch = morphPatch(levels, _ladder, _places, patchLevel, borderLevel);
-        const PlacedTriangulation placed{triangles, patch.points};
-        // What starts from level 0 differs from patch to patch: its parents do.
-        const bool shared = atPlaces && borderLevel >= 1.0;
-        std::shared_ptr<const DifferenceVectors> table;
-        Cache::Key key{&triangles, {}};
-        if (shared) {
-            for (const ChartPoint p : patch.points) { key.second.push_back({p.u, p.v}); }
-            table = _cache->find(key);
-        }
-        if (table == nullptr) {
-            table = std::make_shared<DifferenceVectors>(placed, PlacedTriangulation{_chart, _chartPoints});
-            if (shared) { _cache->add(std::move(key), table); }
-        }
-        Vectors vectors;
-        table->evaluate(chart, patch.positions, vectors);
-        return symmetricHull(vectors);
-    };
+    return measure(levels, chart, FinestLevels::all(_ladder.size() - 1));
+}
 
-    std::vector<LevelVectors> result(_ladder.size());
-    const std::vector<Vectors> bare = measureBare(levels, chart);
-    for (std::size_t level = _ladder.size(); level-- > 0;) {
+std::vector<LevelVectors> LevelErrors::measure(const PatchLevels& levels, const Vectors& chart,
+                                               const FinestLevels& finest) const
+{
+    const auto hullOf = [&](const Triangulation& triangles, double patchLevel, double borderLevel) {
+        return morph(levels, triangles, patchLevel, bordersAt(borderLevel, finest)).hull(chart);
+    };
+    const std::size_t count = finest.patch + std::size_t{1};
+    std::vector<LevelVectors> result(count);
+    for (std::size_t level = count; level-- > 0;) {
         LevelVectors& at = result[level];
-        at.bare = bare[level];
+        at.bare = whole(levels, level, finest).hull(chart);
         Vectors drawn = at.bare;
-        if (level + 1 < _ladder.size()) {
+        if (level + 1 < count) {
             append(drawn, result[level + 1].drawn);
             std::vector<Vectors> morphs{at.bare};
             for (const double progress : kMorphs) {
@@ -159,10 +186,10 @@ std::vector<LevelVectors> LevelErrors::measure(const PatchLevels& levels, const 
                 morphs.push_back(hullOf(_patterns[level + 1], continuous, continuous));
                 append(drawn, morphs.back());
             }
-            morphs.push_back(bare[level + 1]);
+            morphs.push_back(result[level + 1].bare);
             at.betweenSamples = std::max(largestOvershoot(morphs), result[level + 1].betweenSamples);
             // Borders that lag: at the level while the inside is finer, and half way to the next one.
-            for (std::size_t inside = level + 1; inside < _ladder.size(); ++inside) {
+            for (std::size_t inside = level + 1; inside < count; ++inside) {
                 append(drawn, hullOf(_rims[inside], static_cast<double>(inside), static_cast<double>(level)));
             }
             append(drawn, hullOf(_rims[level + 1], static_cast<double>(level + 1), static_cast<double>(level) + 0.5));

@@ -6,6 +6,8 @@
 #include <osgTessLOD/bake/PatchTopology.h>
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -19,12 +21,28 @@ struct PatchLevels {
     std::vector<std::vector<std::uint32_t>> parents;
     /// Where each vertex lies in the chart; a level's is empty when its vertices lie where the pattern has them.
     std::vector<std::vector<ChartPoint>> parameters;
+
+    bool hasParameters(std::size_t level) const { return level < parameters.size() && !parameters[level].empty(); }
 };
 
 /// The levels of all patches.
 struct LevelHierarchy {
     std::vector<std::uint16_t> ladder; ///< factors, rising
     std::vector<PatchLevels> patches;
+};
+
+/// How fine a patch and its borders, side 0, 1, 2, are ever drawn: indices into the ladder. A border that its other patch
+/// ends before this one stays behind, at that patch's finest level.
+struct FinestLevels {
+    std::uint8_t patch = 0;
+    std::array<std::uint8_t, 3> borders{};
+
+    /// Nothing ends before `level`.
+    static FinestLevels all(std::size_t level)
+    {
+        const auto finest = static_cast<std::uint8_t>(level);
+        return {finest, {finest, finest, finest}};
+    }
 };
 
 /// Parents of factor 2, whose positions are `factorTwo`, in the single triangle: a border's middle goes to the first base

@@ -35,33 +35,35 @@ ChartPoint toLattice(const Vector2d& p)
 class Morph {
 public:
     Morph(const PatchLevels& levels, const std::vector<std::uint16_t>& ladder,
-          const std::vector<std::vector<ChartPoint>>& places, double patchLevel, double borderLevel)
+          const std::vector<std::vector<ChartPoint>>& places, double patchLevel,
+          const std::array<double, 3>& borderLevels)
         : _levels(levels)
         , _ladder(ladder)
         , _places(places)
         , _patchLevel(patchLevel)
-        , _borderLevel(borderLevel)
+        , _borderLevels(borderLevels)
     {
     }
 
     Vertex surfacePoint(std::uint32_t index) const
     {
         const auto level = static_cast<std::size_t>(std::ceil(_patchLevel));
-        if (index < 3U * _ladder[level]) { return borderPoint(level, index, _borderLevel); }
+        const std::uint32_t factor = _ladder[level];
+        if (index < 3 * factor) { return borderPoint(level, index, _borderLevels[index / factor]); }
         const Vertex own = vertexPoint(level, index);
         const double t = _patchLevel - (static_cast<double>(level) - 1.0);
         if (level == 0 || t >= 1.0) { return own; }
         const std::uint32_t parent = _levels.parents[level][index];
-        if (parent >= 3U * _ladder[level - 1]) { return mix(vertexPoint(level - 1, parent), own, t); }
-        const double borderLevel = std::min(_borderLevel, static_cast<double>(level - 1));
+        const std::uint32_t parentFactor = _ladder[level - 1];
+        if (parent >= 3 * parentFactor) { return mix(vertexPoint(level - 1, parent), own, t); }
+        const double borderLevel = std::min(_borderLevels[parent / parentFactor], static_cast<double>(level - 1));
         return mix(borderPoint(level - 1, parent, borderLevel), own, t);
     }
 
 private:
     Vertex vertexPoint(std::size_t level, std::uint32_t index) const
     {
-        const bool hasParameters = level < _levels.parameters.size() && !_levels.parameters[level].empty();
-        const ChartPoint p = hasParameters ? _levels.parameters[level][index] : _places[level][index];
+        const ChartPoint p = _levels.hasParameters(level) ? _levels.parameters[level][index] : _places[level][index];
         return {_levels.positions[level][index], Vector2d(p.u, p.v)};
     }
 
@@ -79,15 +81,16 @@ private:
     const std::vector<std::uint16_t>& _ladder;
     const std::vector<std::vector<ChartPoint>>& _places;
     double _patchLevel;
-    double _borderLevel;
+    std::array<double, 3> _borderLevels;
 };
 
 } // namespace
 
 MorphedPatch morphPatch(const PatchLevels& levels, const std::vector<std::uint16_t>& ladder,
-                        const std::vector<std::vector<ChartPoint>>& places, double patchLevel, double borderLevel)
+                        const std::vector<std::vector<ChartPoint>>& places, double patchLevel,
+                        const std::array<double, 3>& borderLevels)
 {
-    const Morph morph(levels, ladder, places, patchLevel, borderLevel);
+    const Morph morph(levels, ladder, places, patchLevel, borderLevels);
     const auto level = static_cast<std::size_t>(std::ceil(patchLevel));
     MorphedPatch result;
     for (std::uint32_t v = 0; v < levels.positions[level].size(); ++v) {

@@ -6,6 +6,7 @@
 #include <osgTessLOD/bake/LevelHierarchy.h>
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -18,10 +19,10 @@ struct MorphedPatch {
 };
 
 /// What render/MorphedSurface and shaders/tesslod_surface.glsl draw of a patch at these continuous levels, in double
-/// precision: the pattern of level ⌈patchLevel⌉ with all three borders at `borderLevel` ≤ patchLevel. `places` has the
-/// pattern's vertices for levels without parameters of their own.
+/// precision: the pattern of level ⌈patchLevel⌉ with the borders of sides 0, 1, 2 at `borderLevels` ≤ patchLevel. `places`
+/// has the pattern's vertices for levels without parameters of their own.
 OSGTESSLOD_EXPORT MorphedPatch morphPatch(const PatchLevels& levels, const std::vector<std::uint16_t>& ladder,
                                           const std::vector<std::vector<ChartPoint>>& places, double patchLevel,
-                                          double borderLevel);
+                                          const std::array<double, 3>& borderLevels);
 
 } // namespace osgTessLOD::bake

@@ -37,6 +37,14 @@ std::vector<float> patchErrors(const LodAsset& asset)
     return errors;
 }
 
+/// The finest level that the patch is drawn at: the largest that any of its borders has.
+std::uint8_t reachOf(const LodAsset& asset, const LodPatch& patch)
+{
+    std::uint8_t reach = 0;
+    for (const std::uint32_t edge : patch.edges) { reach = std::max(reach, asset.edges[edge].finestLevel); }
+    return reach;
+}
+
 /// Makes errors[0 … finest] fall strictly, raising only.
 void makeFalling(float* errors, unsigned finest)
 {
@@ -74,27 +82,48 @@ double largest(const std::array<float, 3>& levels)
 
 PatchSelector::PatchSelector(const LodAsset& asset)
     : _ladder(asset.ladder)
+    , _edgeErrors(asset.edges.size() * asset.ladder.size(), 0.0F)
 {
     const MorphedSurface surface(asset);
-    const std::size_t levelCount = _ladder.size();
     const std::vector<float> errors = patchErrors(asset);
-    _edgeErrors.assign(asset.edges.size() * levelCount, 0.0F);
     for (std::uint32_t edge = 0; edge < asset.edges.size(); ++edge) {
-        const LodEdge& e = asset.edges[edge];
-        float* edgeErrors = &_edgeErrors[edge * levelCount];
-        for (std::uint32_t patch : e.patches) {
-            if (patch == kNoPatch) { continue; }
-            for (std::size_t k = 0; k <= e.finestLevel; ++k) {
-                edgeErrors[k] = std::max(edgeErrors[k], errors[patch * levelCount + k]);
-            }
-        }
-        makeFalling(edgeErrors, e.finestLevel);
-        _edgeFinest.push_back(e.finestLevel);
+        addEdge(asset, edge, errors);
         _edgeCenters.push_back(edgeCenter(asset, surface, edge));
     }
     for (const LodPatch& patch : asset.patches) {
+        addRelays(patch);
         _patchEdges.push_back(patch.edges);
         _patchSpheres.push_back({patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2], patch.boundRadius});
+    }
+}
+
+void PatchSelector::addEdge(const LodAsset& asset, std::uint32_t edge, const std::vector<float>& patchErrors)
+{
+    const std::size_t levelCount = _ladder.size();
+    const LodEdge& e = asset.edges[edge];
+    float* edgeErrors = &_edgeErrors[edge * levelCount];
+    std::uint8_t farthest = 0;
+    float endError = 0.0F;
+    for (const std::uint32_t patch : e.patches) {
+        if (patch == kNoPatch) { continue; }
+        const float* errors = &patchErrors[patch * levelCount];
+        const std::uint8_t reach = reachOf(asset, asset.patches[patch]);
+        for (std::size_t k = 0; k <= reach; ++k) { edgeErrors[k] = std::max(edgeErrors[k], errors[k]); }
+        if (reach == e.finestLevel) { endError = std::max(endError, errors[reach]); }
+        farthest = std::max(farthest, reach);
+    }
+    makeFalling(edgeErrors, farthest);
+    _edgeFinest.push_back(e.finestLevel);
+    _edgeReach.push_back(farthest);
+    _edgeEndErrors.push_back(endError);
+}
+
+void PatchSelector::addRelays(const LodPatch& patch)
+{
+    const auto isCoarser = [&](std::uint32_t a, std::uint32_t b) { return _edgeFinest[a] < _edgeFinest[b]; };
+    const std::uint32_t carrier = *std::max_element(patch.edges.begin(), patch.edges.end(), isCoarser);
+    for (const std::uint32_t edge : patch.edges) {
+        if (isCoarser(edge, carrier)) { _relays.push_back({edge, carrier}); }
     }
 }
 
@@ -109,11 +138,31 @@ unsigned PatchSelector::capOf(const SelectionOptions& options) const
 PatchSelector::EdgeLevel PatchSelector::edgeLevel(std::uint32_t edge, const SelectionView& view,
                                                   const SelectionOptions& options) const
 {
-    return edgeLevel(edge, view, options.errorPixels, capOf(options));
+    return edgeLevels(view, options)[edge];
 }
 
-PatchSelector::EdgeLevel PatchSelector::edgeLevel(std::uint32_t edge, const SelectionView& view, double errorPixels,
-                                                  unsigned cap) const
+std::vector<PatchSelector::EdgeLevel> PatchSelector::edgeLevels(const SelectionView& view,
+                                                                const SelectionOptions& options) const
+{
+    const unsigned cap = capOf(options);
+    std::vector<EdgeLevel> needed;
+    needed.reserve(_edgeCenters.size());
+    for (std::uint32_t edge = 0; edge < _edgeCenters.size(); ++edge) {
+        needed.push_back(neededLevel(edge, view, options.errorPixels, cap));
+    }
+    std::vector<EdgeLevel> levels = needed;
+    for (const Relay& relay : _relays) {
+        levels[relay.carrier].level = std::max(levels[relay.carrier].level, needed[relay.ended].level);
+    }
+    for (std::size_t edge = 0; edge < levels.size(); ++edge) {
+        levels[edge].level = std::min(levels[edge].level, static_cast<float>(_edgeFinest[edge]));
+    }
+    return levels;
+}
+
+/// What either patch needs for its error as seen at the edge, if it had all levels that the patch reaches.
+PatchSelector::EdgeLevel PatchSelector::neededLevel(std::uint32_t edge, const SelectionView& view, double errorPixels,
+                                                    unsigned cap) const
 {
     const std::array<float, 3>& center = _edgeCenters[edge];
     const osg::Vec3d toEye = view.eye - osg::Vec3d(center[0], center[1], center[2]);
@@ -121,13 +170,13 @@ PatchSelector::EdgeLevel PatchSelector::edgeLevel(std::uint32_t edge, const Sele
     // The error, in object units, that is errorPixels on screen. Comparisons with NaN are false: level 0.
     const double bound = std::max(errorPixels, 0.0) * distance / view.pixelScale;
     const float* errors = &_edgeErrors[edge * _ladder.size()];
-    const unsigned finest = std::min<unsigned>(_edgeFinest[edge], cap);
+    const unsigned finest = std::min<unsigned>(_edgeReach[edge], cap);
     if (!(errors[0] > bound)) { return {0.0F, false}; }
     for (unsigned k = 1; k <= finest; ++k) {
         if (errors[k] > bound) { continue; }
         const double coarser = errors[k - 1];
         const double alpha = (coarser - bound) / (coarser - static_cast<double>(errors[k])); // eq. 2.11
-        return {static_cast<float>(k - 1 + alpha), false};
+        return {static_cast<float>(k - 1 + alpha), _edgeEndErrors[edge] > bound};
     }
     return {static_cast<float>(finest), true};
 }
@@ -148,12 +197,7 @@ PatchSelector::Result PatchSelector::select(const SelectionView& view, const Sel
                                             const std::vector<osg::Plane>& frustum) const
 {
     const std::size_t patchCount = _patchEdges.size();
-    const unsigned cap = capOf(options);
-    std::vector<EdgeLevel> edgeLevels;
-    edgeLevels.reserve(_edgeCenters.size());
-    for (std::uint32_t edge = 0; edge < _edgeCenters.size(); ++edge) {
-        edgeLevels.push_back(edgeLevel(edge, view, options.errorPixels, cap));
-    }
+    const std::vector<EdgeLevel> levels = edgeLevels(view, options);
     std::vector<std::uint8_t> visible(patchCount, 1);
     if (options.cullPatches) { cullPatches(frustum, visible); }
 
@@ -164,7 +208,7 @@ PatchSelector::Result PatchSelector::select(const SelectionView& view, const Sel
         PatchRecord record{p, {}};
         bool saturated = false;
         for (std::size_t side = 0; side < 3; ++side) {
-            const EdgeLevel& edge = edgeLevels[_patchEdges[p][side]];
+            const EdgeLevel& edge = levels[_patchEdges[p][side]];
             record.edgeLevels[side] = edge.level;
             saturated = saturated || edge.saturated;
         }

@@ -78,14 +78,14 @@ TEST(Baker, BakesAClosedMeshIntoClosedLevels)
     EXPECT_EQ(report.cleaning.components, 1U);
     EXPECT_EQ(report.cleaning.boundaryEdges, 0U);
     EXPECT_NEAR(report.diagonal, 1.0, 1e-9) << "procedural meshes are in the working frame";
-    ASSERT_EQ(report.levels.size(), 4U);
+    ASSERT_EQ(report.stored.levels.size(), 4U);
     for (std::size_t level = 0; level < 4; ++level) {
-        EXPECT_EQ(report.levels[level].factor, asset.ladder[level]);
-        EXPECT_GE(report.levels[level].largestError, report.levels[level].meanError);
-        EXPECT_GE(report.levels[level].meanError, 0.0);
-        EXPECT_GE(report.levels[level].largestError, report.largestChartError);
+        EXPECT_EQ(report.stored.levels[level].factor, asset.ladder[level]);
+        EXPECT_GE(report.stored.levels[level].largestError, report.stored.levels[level].meanError);
+        EXPECT_GE(report.stored.levels[level].meanError, 0.0);
+        EXPECT_GE(report.stored.levels[level].largestError, report.largestChartError);
     }
-    EXPECT_LT(report.levels[3].largestError, report.levels[0].largestError);
+    EXPECT_LT(report.stored.levels[3].largestError, report.stored.levels[0].largestError);
     EXPECT_GT(report.peakBytes, 1U << 20);
     EXPECT_GT(report.seconds, 0.0);
     double inStages = 0.0;
@@ -179,10 +179,10 @@ TEST(Baker, KeepsThePlaceAndSizeOfTheSource)
     for (std::size_t level = 0; level < asset.levels.size(); ++level) {
         for (const auto& p : extractSurface(asset, asset.ladder[level]).positions) {
             const double radius = (Eigen::Vector3d(p[0], p[1], p[2]) - Eigen::Vector3d(1000.0, -20.0, 3.0)).norm();
-            EXPECT_LT(radius, sphereRadius + report.levels[level].largestError);
+            EXPECT_LT(radius, sphereRadius + report.stored.levels[level].largestError);
         }
     }
-    EXPECT_LT(report.levels.back().largestError, 0.02 * sphereRadius);
+    EXPECT_LT(report.stored.levels.back().largestError, 0.02 * sphereRadius);
 }
 
 TEST(Baker, SameBytesWhateverTheThreads)
@@ -192,7 +192,12 @@ TEST(Baker, SameBytesWhateverTheThreads)
     for (const std::string& source : {mesh, std::string("builtin:glacier")}) {
         BakeOptions options = smallOptions();
         options.threads = 1;
-        const std::string one = bytesOf(bake(source, options));
+        options.tolerance = source == mesh ? 0.003 : 0.02;
+        const LodAsset asset = bake(source, options);
+        const std::uint64_t all = asset.patches.size() * 96U;
+        EXPECT_LT(summarize(asset).finestTriangles, all) << source << ": patches are to end at different levels";
+        EXPECT_GT(summarize(asset).finestTriangles, all / 16) << source;
+        const std::string one = bytesOf(asset);
         options.threads = 2;
         EXPECT_TRUE(bytesOf(bake(source, options)) == one) << source;
         options.threads = 0;
@@ -280,6 +285,29 @@ TEST(Baker, RefusesFactorsOffTheLadder)
     }
 }
 
+TEST(Baker, RefusesTolerancesThatAreNone)
+{
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    for (const double tolerance : {-1e-9, -1.0, kInfinity, std::numeric_limits<double>::quiet_NaN()}) {
+        BakeOptions options = smallOptions();
+        options.tolerance = tolerance;
+        EXPECT_NE(complaint("builtin:glacier", options).find("tolerance"), std::string::npos) << tolerance;
+    }
+}
+
+TEST(Baker, FlatMeshesKeepTheirFirstLevelWhereverTheyAre)
+{
+    const TemporaryDirectory folder;
+    SourceMesh mesh = flatGrid(16);
+    for (auto& p : mesh.positions) { p = Eigen::Vector3d(300.0, -20.0, 3.0) + 50.0 * p; }
+    const std::string source = writeAsciiPly(folder, mesh);
+    BakeOptions options = smallOptions();
+    EXPECT_EQ(summarize(bake(source, options)).finestTriangles, bake(source, options).patches.size());
+    options.tolerance = 0.0;
+    const LodAsset all = bake(source, options);
+    EXPECT_EQ(summarize(all).finestTriangles, all.patches.size() * 96U);
+}
+
 TEST(Baker, EveryFactorOfTheLadderWorks)
 {
     const TemporaryDirectory folder;
@@ -313,7 +341,9 @@ TEST(Baker, BakesASingleTriangle)
     const LodAsset asset = bake(path, smallOptions());
     EXPECT_NO_THROW(asset.validate());
     EXPECT_EQ(asset.patches.size(), 1U);
-    for (const LodLevel& level : asset.levels) { EXPECT_LT(static_cast<double>(level.errors[0].isotropic), 1e-4); }
+    EXPECT_EQ(asset.patches[0].finestLevel, 0U) << "it is flat";
+    EXPECT_LT(static_cast<double>(asset.levels[0].errors[0].isotropic), 1e-4);
+    EXPECT_EQ(extractSurface(asset, 8).triangles.size(), 1U);
 }
 
 TEST(BakeReport, IsCompleteJson)
@@ -327,6 +357,15 @@ TEST(BakeReport, IsCompleteJson)
     EXPECT_EQ(json["patches"], report.patches);
     EXPECT_EQ(json["levels"].size(), 4U);
     EXPECT_EQ(json["levels"][3]["factor"], 8);
+    std::uint64_t triangles = 0;
+    for (const auto& level : json["levels"]) {
+        const auto factor = level["factor"].get<std::uint64_t>();
+        const auto perPatch = factor == 1 ? 1 : 3 * factor * factor / 2;
+        EXPECT_EQ(level["triangles"], level["patches"].get<std::uint64_t>() * perPatch);
+        triangles += level["finest_patches"].get<std::uint64_t>() * perPatch;
+    }
+    EXPECT_EQ(json["finest_triangles"], triangles);
+    EXPECT_LE(json["largest_finest_error"], json["levels"][0]["largest_error"]);
     EXPECT_GT(json["stages"].size(), 3U);
     EXPECT_TRUE(json["stages"][0]["seconds"].is_number());
     EXPECT_GT(json["peak_bytes"], 0);

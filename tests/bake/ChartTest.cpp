@@ -109,7 +109,7 @@ Baked bakeMap(std::unique_ptr<PatchMap> map)
     baked.map = std::move(map);
     baked.charts = makeCharts(*baked.map, 16, progress);
     baked.hierarchy = makeUniformLevels(baked.map->topology(), baked.charts, kLadder, progress);
-    baked.asset = assembleAsset(*baked.map, baked.charts, baked.hierarchy, progress);
+    baked.asset = assembleAsset(*baked.map, baked.charts, baked.hierarchy, 0.0, progress);
     baked.asset.technique = "uniform";
     baked.asset.source = "test";
     baked.asset.sourceTriangles = baked.map->sourceTriangles();
@@ -495,7 +495,7 @@ TEST_P(Charts, ErrorsContainTheChartError)
     Progress progress;
     Baked baked = bake();
     for (PatchChart& chart : baked.charts.charts) { chart.chartError = 0.25; }
-    const LodAsset with = assembleAsset(*baked.map, baked.charts, baked.hierarchy, progress);
+    const LodAsset with = assembleAsset(*baked.map, baked.charts, baked.hierarchy, 0.0, progress);
     for (std::size_t level = 0; level < kLadder.size(); ++level) {
         for (std::size_t p = 0; p < with.patches.size(); ++p) {
             EXPECT_NEAR(static_cast<double>(with.levels[level].errors[p].isotropic),

@@ -118,12 +118,10 @@ TEST(LevelErrors, BareOnesAreThoseOfTheDifferenceVectors)
     const PatchLevels& levels = asteroid().hierarchy.patches[3];
     const Vectors& chart = asteroid().charts.charts[3].positions;
     const auto measured = errors.measure(levels, chart);
-    const auto bare = errors.measureBare(levels, chart);
     for (std::size_t level = 0; level < kLadder.size(); ++level) {
         Vectors all;
         DifferenceVectors(kChartFactor, kLadder[level]).evaluate(chart, levels.positions[level], all);
-        EXPECT_LT((errorsOf(all) - errorsOf(bare[level])).abs().maxCoeff(), 1e-12);
-        EXPECT_EQ(measured[level].bare, bare[level]);
+        EXPECT_LT((errorsOf(all) - errorsOf(measured[level].bare)).abs().maxCoeff(), 1e-12);
     }
     EXPECT_EQ(errorsOf(measured.back().drawn).maxCoeff(), errorsOf(measured.back().bare).maxCoeff());
 }
@@ -166,7 +164,7 @@ TEST(LevelErrors, MorphsAreCoveredExactly)
         const Vectors& chart = bricks().charts.charts[p].positions;
         const auto measured = errors.measure(levels, chart);
         for (double at = 0.25; at < 3.0; at += 0.25) {
-            const MorphedPatch patch = morphPatch(levels, kLadder, places(), at, at);
+            const MorphedPatch patch = morphPatch(levels, kLadder, places(), at, {at, at, at});
             const Triangulation topology = Triangulation::ofPattern(kLadder[static_cast<std::size_t>(std::ceil(at))]);
             Vectors vectors;
             DifferenceVectors({topology, patch.points}, {chartTopology, chartPoints})
@@ -197,7 +195,7 @@ TEST(LevelErrors, WhatIsDrawnIsCoveredBetweenTheSamplesToo)
         for (double border = 0.0; border <= 3.0; border += 0.125) {
             for (const double inside : {border, std::ceil(border), 2.5, 3.0}) {
                 if (inside < border) { continue; }
-                const MorphedPatch patch = morphPatch(levels, kLadder, places(), inside, border);
+                const MorphedPatch patch = morphPatch(levels, kLadder, places(), inside, {border, border, border});
                 const auto level = static_cast<std::size_t>(std::ceil(inside));
                 const Triangulation topology = Triangulation::ofPattern(kLadder[level]);
                 Vectors vectors;
@@ -220,24 +218,20 @@ TEST(MorphedLevels, AreWhatIsDrawn)
         patch.parents[2][12] = 3;
         patch.parents[3][24] = 5;
     }
-    const LodAsset asset = assembleAsset(*s.map, s.charts, hierarchy, progress);
+    const LodAsset asset = assembleAsset(*s.map, s.charts, hierarchy, 0.0, progress);
     const MorphedSurface surface(asset);
     const float allowed = 4.0F * asset.lattice.step + 1e-6F * static_cast<float>(s.map->frame().scale);
     for (const std::uint32_t p : {0U, 4U, 13U}) {
         for (const float inside : {0.0F, 0.3F, 1.0F, 1.75F, 2.5F, 3.0F}) {
             for (const float border : {0.0F, 0.5F, 1.0F, 1.25F, 2.0F, 2.5F, 3.0F}) {
                 if (border > inside) { continue; }
-                const MorphedPatch patch = morphPatch(hierarchy.patches[p], kLadder, places(), inside, border);
-                // One side holds the patch at its level; the others are as in the twin.
-                const std::array<float, 3> edgeLevels{inside, border, border};
+                // One side holds the patch at its level.
+                const std::array<float, 3> edgeLevels{border, inside, 0.5F * border};
+                const MorphedPatch patch =
+                    morphPatch(hierarchy.patches[p], kLadder, places(), inside, {border, inside, 0.5 * border});
                 const unsigned level = MorphedSurface::drawnLevel(edgeLevels);
                 ASSERT_EQ(patch.positions.size(), TessellationPattern::vertexCount(kLadder[level]));
                 for (std::uint32_t v = 0; v < patch.positions.size(); ++v) {
-                    // Of side 0, or moved towards it.
-                    const auto& parents = hierarchy.patches[p].parents[level];
-                    const bool inner = v >= 3U * kLadder[level];
-                    const bool ofSide = inner ? level > 0 && parents[v] < kLadder[level - 1] : v < kLadder[level];
-                    if (border < inside && ofSide) { continue; }
                     const auto drawn = surface.tessLodSurfacePoint(p, edgeLevels, v).position;
                     const Vector3d expected = s.map->frame().center + s.map->frame().scale * patch.positions[v];
                     for (std::size_t k = 0; k < 3; ++k) {

@@ -38,7 +38,7 @@ TEST_P(ScanAccuracy, FinestLevelIsWithinAThousandthOfTheDiagonal)
     EXPECT_LE(distance.forward, 0.001 * report.diagonal) << "source to finest level";
     EXPECT_LE(distance.backward, 0.001 * report.diagonal) << "finest level to source";
     // The error that the asset claims is of the same samples and more.
-    EXPECT_LE(distance.symmetric(), report.levels.back().largestError);
+    EXPECT_LE(distance.symmetric(), report.stored.largestFinestError);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scans, ScanAccuracy,

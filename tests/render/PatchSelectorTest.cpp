@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -150,6 +151,102 @@ TEST(PatchSelector, neverExceedsAnEdgesFinestLevel)
     for (const PatchRecord& record : selector.select(viewFrom({2.0, 0.0, 0.0}), asking(1e-6), {}).records) {
         for (std::size_t side = 0; side < 3; ++side) {
             EXPECT_EQ(record.edgeLevels[side], asset.edges[asset.patches[record.patch].edges[side]].finestLevel);
+        }
+    }
+}
+
+/// Asset whose patches end at different levels as a bake leaves them: each is next to exact at its finest.
+LodAsset exactAtFinest(LodAsset asset)
+{
+    for (std::size_t k = 0; k < asset.levels.size(); ++k) {
+        const std::vector<std::uint32_t> slots = asset.levelSlots(k);
+        for (std::size_t p = 0; p < slots.size(); ++p) {
+            if (asset.patches[p].finestLevel == k) { asset.levels[k].errors[slots[p]].isotropic = 1e-6F; }
+        }
+    }
+    return asset;
+}
+
+/// The patch's own error at a continuous level, linear between levels.
+double errorAt(const LodAsset& asset, std::uint32_t patch, float level)
+{
+    const auto at = [&](std::size_t k) {
+        return static_cast<double>(asset.levels[k].errors[asset.levelSlots(k)[patch]].isotropic);
+    };
+    const double coarse = std::floor(static_cast<double>(level));
+    const auto k = static_cast<std::size_t>(coarse);
+    const double t = static_cast<double>(level) - coarse;
+    return t > 0.0 ? (1.0 - t) * at(k) + t * at(k + 1) : at(k);
+}
+
+TEST(PatchSelector, patchesAreFineEnoughAlsoWhereTheirBordersEndBeforeThem)
+{
+    const LodAsset asset = exactAtFinest(
+        synthetic::build(synthetic::bumpySphere(), synthetic::powersOfTwo(16), false, {4, 1, 4, 2, 0, 4, 3, 4}));
+    ASSERT_NO_THROW(asset.validate());
+    const PatchSelector selector(asset);
+    const MorphedSurface surface(asset);
+    std::mt19937 random(5);
+    std::normal_distribution<double> coordinate;
+    std::size_t beyondTheirBorders = 0;
+    std::size_t carried = 0; // patches of which one border alone has the level that another one needs
+    for (int trial = 0; trial < 400; ++trial) {
+        osg::Vec3d eye(coordinate(random), coordinate(random), coordinate(random));
+        eye *= (1.02 + 0.3 * std::fabs(coordinate(random))) / eye.length();
+        const double errorPixels = std::exp(2.0 + coordinate(random));
+        const auto result = selector.select(viewFrom(eye), asking(errorPixels), {});
+        EXPECT_EQ(result.statistics.saturatedPatches, 0U);
+        for (const PatchRecord& record : result.records) {
+            const LodPatch& patch = asset.patches[record.patch];
+            const float drawn = *std::max_element(record.edgeLevels.begin(), record.edgeLevels.end());
+            for (std::uint32_t side = 0; side < 3; ++side) {
+                const LodEdge& edge = asset.edges[patch.edges[side]];
+                ASSERT_LE(record.edgeLevels[side], edge.finestLevel);
+                const auto finest = static_cast<float>(edge.finestLevel);
+                const unsigned factor = asset.ladder[edge.finestLevel];
+                const std::uint32_t middle = (side * factor + factor / 2) % (3 * factor);
+                auto at = surface.tessLodSurfacePoint(record.patch, {finest, finest, finest}, middle).position;
+                if (factor == 1) {
+                    const auto next =
+                        surface.tessLodSurfacePoint(record.patch, {finest, finest, finest}, (side + 1) % 3).position;
+                    for (std::size_t k = 0; k < 3; ++k) { at[k] = 0.5F * (at[k] + next[k]); }
+                }
+                const double bound = errorPixels * (eye - osg::Vec3d(at[0], at[1], at[2])).length() / 1000.0;
+                EXPECT_LE(errorAt(asset, record.patch, drawn), bound * (1.0 + 1e-5))
+                    << "patch " << record.patch << ", side " << side;
+                beyondTheirBorders += drawn > finest ? 1 : 0;
+                carried += errorAt(asset, record.patch, std::min(finest, drawn)) > bound ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_GT(beyondTheirBorders, 100U);
+    EXPECT_GT(carried, 100U);
+}
+
+TEST(PatchSelector, aPatchThatEndsSaturatesByItself)
+{
+    LodAsset asset = exactAtFinest(
+        synthetic::build(synthetic::bumpySphere(), synthetic::powersOfTwo(16), false, {4, 1, 4, 4, 4, 4, 4, 4}));
+    asset.levels[1].errors[1].isotropic = 0.01F;
+    SelectionView view = viewFrom({}, 1.0);
+    view.orthographic = true;
+    const PatchSelector selector(asset);
+    EXPECT_EQ(selector.select(view, asking(0.02), {}).statistics.saturatedPatches, 0U);
+    EXPECT_EQ(selector.select(view, asking(0.005), {}).statistics.saturatedPatches, 4U) << "it and its neighbours";
+}
+
+TEST(PatchSelector, levelsAreContinuousWhereBordersEnd)
+{
+    const LodAsset asset = exactAtFinest(makeSyntheticMixedAsset(16));
+    const PatchSelector selector(asset);
+    SelectionView view = viewFrom({}, 1.0);
+    view.orthographic = true;
+    for (std::uint32_t edge = 0; edge < asset.edges.size(); ++edge) {
+        float last = selector.edgeLevel(edge, view, asking(1e-3)).level;
+        for (double error = 1e-3; error < 1.0; error += 1e-5) {
+            const float level = selector.edgeLevel(edge, view, asking(error)).level;
+            EXPECT_NEAR(level, last, 0.15) << "edge " << edge << ", error " << error; // a tenth of 1e-3 is 10 steps
+            last = level;
         }
     }
 }
