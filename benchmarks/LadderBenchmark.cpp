@@ -34,6 +34,7 @@ Ladders bakeLadders(const Scene& scene, unsigned maxFactor, const TemporaryDirec
 {
     fmt::print(stderr, "{}: powers of two\n", scene.name);
     bake::BakeOptions options;
+    options.tolerance = 0.0; // so that saturated patches are all at one factor
     options.maxFactor = maxFactor;
     Ladders ladders;
     ladders.powers = bakeToFile(scene, options, folder.file("scene.tlod"));

@@ -34,11 +34,12 @@ std::vector<Json> measureLevels(const Scene& scene, const char* technique, unsig
     bake::BakeOptions options;
     options.technique = technique;
     options.maxFactor = maxFactor;
+    options.tolerance = 0.0; // every level of every patch is compared
     const BakedScene baked = bakeToFile(scene, options, folder.file("scene.tlod"));
     const auto percent = [&](double distance) { return 100.0 * distance / baked.report.diagonal; };
     std::vector<Json> levels;
-    for (std::size_t l = 0; l < baked.report.levels.size(); ++l) {
-        const bake::BakeReport::Level& level = baked.report.levels[l];
+    for (std::size_t l = 0; l < baked.report.stored.levels.size(); ++l) {
+        const AssetSummary::Level& level = baked.report.stored.levels[l];
         const bake::HausdorffDistance distance = distanceBetween(levelTriangles(baked.asset, level.factor), source);
         levels.push_back({{"factor", level.factor},
                           {"triangles", level.triangles},

@@ -15,12 +15,8 @@ namespace {
 
 nlohmann::ordered_json describeLevel(const AssetSummary::Level& level)
 {
-    return {{"factor", level.factor},
-            {"patches", level.patches},
-            {"finest_patches", level.finestPatches},
-            {"vertices", level.vertices},
-            {"triangles", level.triangles},
-            {"largest_error", level.largestError},
+    return {{"factor", level.factor},       {"patches", level.patches},     {"finest_patches", level.finestPatches},
+            {"vertices", level.vertices},   {"triangles", level.triangles}, {"largest_error", level.largestError},
             {"mean_error", level.meanError}};
 }
 

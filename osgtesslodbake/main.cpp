@@ -61,8 +61,9 @@ void declareArguments(CLI::App& app, Arguments& arguments)
                    "factors of the levels, such as 1,2,4,6,8,12,16: rising, 1 and even ones, the last --max-factor; without: "
                    "powers of two. Technique strips only")
         ->delimiter(',');
-    app.add_option("--tolerance", arguments.bake.tolerance,
-                   "store no finer levels of a patch than it takes to be this near, as a part of the diagonal; 0: store all")
+    app.add_option(
+           "--tolerance", arguments.bake.tolerance,
+           "store no finer levels of a patch than it takes to be this near, as a part of the diagonal; 0: store all")
         ->capture_default_str();
     app.add_option("--threads", arguments.bake.threads, "threads to use; 0: all processors")->capture_default_str();
     app.add_flag("--no-normals", arguments.noNormals, "store no normal texture");
@@ -91,7 +92,9 @@ void bakeToFile(Arguments& arguments)
     }
     if (!arguments.quiet) {
         const double error = report.stored.largestFinestError;
-        fmt::print(stderr, "{}: {} triangles in {} patches, {} at the finest levels, error {:.3g} ({:.4f} % of the diagonal), {:.1f} s\n",
+        fmt::print(stderr,
+                   "{}: {} triangles in {} patches, {} at the finest levels, error {:.3g} ({:.4f} % of the diagonal), "
+                   "{:.1f} s\n",
                    arguments.output, report.sourceTriangles, report.patches, report.stored.finestTriangles, error,
                    100.0 * error / report.diagonal, report.seconds);
     }

@@ -18,7 +18,7 @@ struct AssetSummary {
         std::uint64_t finestPatches = 0; ///< of these, that end with it
         std::uint64_t vertices = 0;
         std::uint64_t triangles = 0;
-        double largestError = 0.0;       ///< over patches, 0 without any
+        double largestError = 0.0; ///< over patches, 0 without any
         double meanError = 0.0;
     };
     std::vector<Level> levels;

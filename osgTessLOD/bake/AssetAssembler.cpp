@@ -225,9 +225,8 @@ private:
     {
         const TessellationPattern& pattern = _patterns[level];
         for (std::uint32_t v = 0; v < pattern.vertexCount(); ++v) {
-            const ChartPoint point = levels.hasParameters(level)
-                                         ? levels.parameters[level][v]
-                                         : TessellationPattern::chartPoint(pattern.factor(), v);
+            const ChartPoint point = levels.hasParameters(level) ? levels.parameters[level][v]
+                                                                 : TessellationPattern::chartPoint(pattern.factor(), v);
             parameters[v] = point.bits();
         }
     }

@@ -112,7 +112,8 @@ std::unique_ptr<RefinedPatches> makeMeshPatches(const std::string& path, const B
 void checkTolerance(const BakeOptions& options)
 {
     if (!(options.tolerance >= 0.0) || !std::isfinite(options.tolerance)) {
-        throw AssetError(fmt::format("the tolerance must be a part of the diagonal, 0 or more, not {}", options.tolerance));
+        throw AssetError(
+            fmt::format("the tolerance must be a part of the diagonal, 0 or more, not {}", options.tolerance));
     }
 }
 

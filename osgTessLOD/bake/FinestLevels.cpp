@@ -38,8 +38,7 @@ public:
     }
 
 private:
-    template <class Visit>
-    void forAll(const Visit& visit) const
+    template <class Visit> void forAll(const Visit& visit) const
     {
         tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(_finest.size()), visit);
     }

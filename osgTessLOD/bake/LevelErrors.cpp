@@ -143,7 +143,8 @@ LevelErrors::DrawnMesh LevelErrors::morph(const PatchLevels& levels, const Trian
     return {std::move(table), std::move(patch.positions)};
 }
 
-LevelErrors::DrawnMesh LevelErrors::whole(const PatchLevels& levels, std::size_t level, const FinestLevels& finest) const
+LevelErrors::DrawnMesh LevelErrors::whole(const PatchLevels& levels, std::size_t level,
+                                          const FinestLevels& finest) const
 {
     if (*std::min_element(finest.borders.begin(), finest.borders.end()) < level) {
         const auto patchLevel = static_cast<double>(level);

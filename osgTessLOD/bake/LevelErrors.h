@@ -18,7 +18,7 @@ namespace osgTessLOD::bake {
 
 /// How far one level of one patch is from its chart: difference vectors reduced to their symmetric hull.
 struct LevelVectors {
-    std::vector<Eigen::Vector3d> bare;  ///< of the level's mesh, its borders as near to the level as they get
+    std::vector<Eigen::Vector3d> bare; ///< of the level's mesh, its borders as near to the level as they get
     /// Of what the run time draws while no border of the patch is below this level, or below its own finest where that
     /// is coarser: the level's mesh, its morphs into the next, borders that stay behind while the inside is finer, and
     /// the same of all finer levels.

@@ -119,7 +119,8 @@ TEST(ChooseFinestLevels, HoldsWhateverTheErrors)
             for (auto& levels : own) {
                 const double scale = std::exp(std::normal_distribution<double>(0.0, 3.0)(random));
                 for (unsigned level = 0; level <= kLast; ++level) {
-                    levels.push_back(scale * std::exp(-1.0 * level + std::normal_distribution<double>(0.0, 0.3)(random)));
+                    levels.push_back(scale *
+                                     std::exp(-1.0 * level + std::normal_distribution<double>(0.0, 0.3)(random)));
                 }
             }
             const auto error = [&](std::uint32_t p, const FinestLevels& f) {
@@ -281,7 +282,8 @@ std::vector<Vector3d> drawnVectors(const MorphedSurface& surface, const std::vec
         const auto point = surface.tessLodSurfacePoint(p, edgeLevels, v);
         positions.emplace_back(point.position[0], point.position[1], point.position[2]);
         const auto units = [&](std::size_t corner) {
-            return static_cast<std::int32_t>(std::lround(static_cast<double>(point.weights[corner]) * ChartPoint::kUnits));
+            return static_cast<std::int32_t>(
+                std::lround(static_cast<double>(point.weights[corner]) * ChartPoint::kUnits));
         };
         points.push_back({units(1), std::min(units(2), ChartPoint::kUnits - units(1))});
     }

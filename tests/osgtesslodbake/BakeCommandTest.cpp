@@ -240,7 +240,8 @@ TEST_F(BakeCommand, StoresNoMoreThanTheToleranceAsksFor)
     std::uint64_t before = std::numeric_limits<std::uint64_t>::max();
     for (const char* tolerance : {"0", "0.01", "0.5"}) {
         const std::string path = _folder.file(std::string("within") + tolerance + ".tlod");
-        ASSERT_EQ(run({mesh, "-o", path, "--max-factor", "8", "--patches", "24", "--tolerance", tolerance, "-q"}).code, 0);
+        ASSERT_EQ(run({mesh, "-o", path, "--max-factor", "8", "--patches", "24", "--tolerance", tolerance, "-q"}).code,
+                  0);
         const auto json = nlohmann::json::parse(run({"--info", path}).output);
         const auto triangles = json["finest_triangles"].get<std::uint64_t>();
         EXPECT_LT(triangles, before);
