@@ -50,6 +50,10 @@ void declareArguments(CLI::App& app, Arguments& arguments)
         ->capture_default_str();
     app.add_option("--patches", arguments.bake.controlMesh.patches, "patches to make of a mesh; 0: by its size")
         ->capture_default_str();
+    app.add_option("--patch-tolerance", arguments.bake.patchTolerance,
+                   "bisect patches of a mesh until their finest level is about this near, as a part of the diagonal")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
     app.add_option("--crease-angle", arguments.creaseAngleDegrees, "edges sharper than this many degrees are creases")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 180.0));

@@ -139,7 +139,7 @@ protected:
     std::string baked() const
     {
         const std::string path = _folder.file("torus.tlod");
-        EXPECT_EQ(run({source(), "-o", path, "--max-factor", "8", "--patches", "24", "-q"}).code, 0);
+        EXPECT_EQ(run({source(), "-o", path, "--max-factor", "8", "--patches", "24", "--patch-tolerance", "0.02", "-q"}).code, 0);
         return path;
     }
 
@@ -165,7 +165,7 @@ TEST_F(BakeCommand, BakesChecksAndDescribes)
 {
     const std::string report = _folder.file("report.json");
     const std::string path = _folder.file("torus.tlod");
-    const Outcome bake = run({source(), "-o", path, "--max-factor", "8", "--patches", "24", "--report", report});
+    const Outcome bake = run({source(), "-o", path, "--max-factor", "8", "--patches", "24", "--patch-tolerance", "0.02", "--report", report});
     EXPECT_EQ(bake.code, 0) << bake.errors;
     EXPECT_EQ(bake.output, "");
     EXPECT_NE(bake.errors.find("1280 triangles"), std::string::npos) << bake.errors;
@@ -240,7 +240,8 @@ TEST_F(BakeCommand, StoresNoMoreThanTheToleranceAsksFor)
     std::uint64_t before = std::numeric_limits<std::uint64_t>::max();
     for (const char* tolerance : {"0", "0.01", "0.5"}) {
         const std::string path = _folder.file(std::string("within") + tolerance + ".tlod");
-        ASSERT_EQ(run({mesh, "-o", path, "--max-factor", "8", "--patches", "24", "--tolerance", tolerance, "-q"}).code,
+        ASSERT_EQ(run({mesh, "-o", path, "--max-factor", "8", "--patches", "24", "--patch-tolerance", "0.02",
+                       "--tolerance", tolerance, "-q"}).code,
                   0);
         const auto json = nlohmann::json::parse(run({"--info", path}).output);
         const auto triangles = json["finest_triangles"].get<std::uint64_t>();
@@ -269,7 +270,7 @@ TEST_F(BakeCommand, SameBytesWhateverTheThreads)
     std::string first;
     for (const char* threads : {"1", "2"}) {
         const std::string path = _folder.file(std::string("by") + threads + ".tlod");
-        ASSERT_EQ(run({mesh, "-o", path, "--max-factor", "8", "--patches", "24", "--threads", threads, "-q"}).code, 0);
+        ASSERT_EQ(run({mesh, "-o", path, "--max-factor", "8", "--patches", "24", "--patch-tolerance", "0.02", "--threads", threads, "-q"}).code, 0);
         if (first.empty()) { first = readBytes(path); }
         EXPECT_TRUE(readBytes(path) == first);
     }
