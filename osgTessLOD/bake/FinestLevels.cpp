@@ -74,7 +74,7 @@ private:
     using Sides = std::array<bool, 3>;
 
     /// Those borders that have to become finer for the patch. All of them end before the patch and keep it from being
-    /// drawn at its finest: a finest one. Lagging, they make it too bad: the coarsest.
+    /// drawn at its finest: a finest one. Lagging, they make it too bad: those that do by themselves, if there are such.
     Sides sidesToRaise(std::uint32_t p) const
     {
         const FinestLevels finest = withBorders(p);
@@ -83,7 +83,14 @@ private:
         if (*best < finest.patch) {
             sides[static_cast<std::size_t>(best - finest.borders.begin())] = true;
         } else if (*coarsest < finest.patch && _errorAtFinest(p, finest) > _allowed[p]) {
-            for (std::size_t side = 0; side < 3; ++side) { sides[side] = finest.borders[side] == *coarsest; }
+            Sides isLagging{};
+            for (std::size_t side = 0; side < 3; ++side) {
+                isLagging[side] = finest.borders[side] < finest.patch;
+                FinestLevels alone = FinestLevels::all(finest.patch);
+                alone.borders[side] = finest.borders[side];
+                sides[side] = isLagging[side] && _errorAtFinest(p, alone) > _allowed[p];
+            }
+            if (sides == Sides{}) { return isLagging; }
         }
         return sides;
     }

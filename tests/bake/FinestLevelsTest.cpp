@@ -99,6 +99,20 @@ TEST(ChooseFinestLevels, NeighboursFollowAsFarAsALaggingBorderCosts)
     EXPECT_EQ(levelsOf(choose(closedFan(8), 0.5, error)), (std::vector<unsigned>{5, 3, 1, 0, 0, 0, 1, 3}));
 }
 
+TEST(ChooseFinestLevels, OnlyBordersThatCostSomethingBecomeFiner)
+{
+    // Patch 0 of a fan needs level 3; its side 1 is open. Side 0 may not stay behind, side 2 may.
+    const auto needsSide0 = [](std::uint32_t p, const FinestLevels& f) {
+        return p == 0 && (f.patch < 3 || f.borders[0] < 3) ? 1.0 : 0.0;
+    };
+    EXPECT_EQ(choose(closedFan(8), 0.5, needsSide0)[0].borders, (std::array<std::uint8_t, 3>{3, 3, 0}));
+    // Each may, but not both, unless by one level.
+    const auto needsEither = [](std::uint32_t p, const FinestLevels& f) {
+        return p == 0 && (f.patch < 3 || (f.borders[0] < 2 && f.borders[2] < 2)) ? 1.0 : 0.0;
+    };
+    EXPECT_EQ(choose(closedFan(8), 0.5, needsEither)[0].borders, (std::array<std::uint8_t, 3>{2, 3, 2}));
+}
+
 TEST(ChooseFinestLevels, RoughPatchesGetNoWorseByTheirNeighbours)
 {
     // Patch 0 is above the tolerance even at the last level, by itself; lagging by two levels or more adds to it.
