@@ -13,6 +13,8 @@
 #include <sys/wait.h>
 
 #include <cstdlib>
+#include <string>
+#include <utility>
 
 namespace osgTessLOD {
 namespace {
