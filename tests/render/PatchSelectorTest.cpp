@@ -29,6 +29,13 @@ SelectionOptions asking(double errorPixels)
     return options;
 }
 
+SelectionOptions askingFirstOrder(double errorPixels)
+{
+    SelectionOptions options = asking(errorPixels);
+    options.bound = SelectionOptions::Bound::FirstOrder;
+    return options;
+}
+
 /// Error of every patch at level k: 0.5 / factor². Edges are about 1 from the origin.
 const LodAsset& sphere()
 {
@@ -47,7 +54,7 @@ TEST(PatchSelector, takesTheLowestLevelThatIsGoodEnough)
             SelectionView flat = view;
             flat.orthographic = true;
             const double error = 1000.0 * static_cast<double>(sphere().levels[k].errors[0].isotropic);
-            EXPECT_FLOAT_EQ(selector.edgeLevel(edge, flat, asking(error)).level, static_cast<float>(k));
+            EXPECT_FLOAT_EQ(selector.edgeLevel(edge, flat, askingFirstOrder(error)).level, static_cast<float>(k));
         }
     }
 }
@@ -59,7 +66,7 @@ TEST(PatchSelector, interpolatesLinearlyInTheError)
     view.orthographic = true;
     const double coarse = sphere().levels[1].errors[0].isotropic;
     const double fine = sphere().levels[2].errors[0].isotropic;
-    const auto level = selector.edgeLevel(0, view, asking(0.25 * coarse + 0.75 * fine));
+    const auto level = selector.edgeLevel(0, view, askingFirstOrder(0.25 * coarse + 0.75 * fine));
     EXPECT_NEAR(level.level, 1.75, 1e-6); // Lambert eq. 2.11
     EXPECT_FALSE(level.saturated);
 }

@@ -186,7 +186,10 @@ TEST_F(Rendering, normalsAreLookedUpWhereVerticesLie)
         root->removeChild(drawable.get());
         drawable = new TessLODDrawable(std::make_shared<const LodAsset>(asset));
         root->addChild(drawable.get());
-        ask(errorPixels);
+        SelectionOptions options;
+        options.errorPixels = errorPixels;
+        options.bound = SelectionOptions::Bound::FirstOrder; // which is between levels at nearly all errors
+        drawable->setOptions(options);
         frame();
         std::vector<int> greys;
         for (int y = 0; y < kSize; ++y) {
@@ -317,12 +320,12 @@ TEST_F(Rendering, frozenSelectionsIgnoreTheCamera)
 {
     SelectionOptions options;
     options.frozen = true;
-    options.frozenEye = osg::Vec3d(0.0, 7.0, 0.0);
-    options.frozenPixelScale = 321.0;
+    options.frozenView.eye = osg::Vec3d(0.0, 7.0, 0.0);
+    options.frozenView.pixelScale = 321.0;
     drawable->setOptions(options);
     frame();
     const SelectionView view = selectedView("main");
-    EXPECT_EQ(view.eye, options.frozenEye);
+    EXPECT_EQ(view.eye, options.frozenView.eye);
     EXPECT_EQ(view.pixelScale, 321.0);
 }
 
