@@ -329,6 +329,20 @@ TEST_F(Rendering, frozenSelectionsIgnoreTheCamera)
     EXPECT_EQ(view.pixelScale, 321.0);
 }
 
+TEST_F(Rendering, orthographicSelectionsFreezeToo)
+{
+    SelectionOptions options;
+    options.frozen = true;
+    options.frozenView.orthographic = true;
+    options.frozenView.pixelScale = 5.0;
+    options.frozenView.axis = osg::Vec3d(1.0, 0.0, 0.0);
+    drawable->setOptions(options);
+    frame();
+    const SelectionView view = selectedView("main");
+    EXPECT_TRUE(view.orthographic);
+    EXPECT_EQ(view.axis, options.frozenView.axis);
+}
+
 TEST_F(Rendering, camerasThatInheritTheViewpointSelectWhatTheMainViewSelects)
 {
     const osg::ref_ptr<osg::Camera> texture = makeTextureCamera(drawable.get(), 64);
@@ -349,6 +363,8 @@ TEST_F(Rendering, camerasThatInheritTheViewpointSelectWhatTheMainViewSelects)
         if (!inherits) { continue; }
         EXPECT_NEAR((other.eye - main.eye).length(), 0.0, 1e-4);
         EXPECT_EQ(other.pixelScale, main.pixelScale);
+        EXPECT_NEAR((other.axis - main.axis).length(), 0.0, 1e-9);
+        EXPECT_NEAR(other.leastCosine, main.leastCosine, 1e-9);
         EXPECT_TRUE(byCamera["main"].localToWorld.isIdentity());
     }
 }

@@ -285,7 +285,7 @@ TEST_P(BakedModelViewer, CapturesAClosedSurface)
     std::size_t mixed = 0;
     // Home; close to one side, so that levels differ much; along a slanted line.
     for (const char* view : {"", "--camera 0.2,-1.1,0.1,0,0,0,0,0,1 ", "--camera 3,2,2.5,0.2,0,0,0,0,1 "}) {
-        for (const char* error : {"0.8", "5", "25"}) {
+        for (const char* error : {"5", "15", "40"}) {
             const Outcome outcome = runViewer(folder, common + view + "--error-pixels " + error + " " + model());
             ASSERT_EQ(outcome.status, 0) << outcome.output;
             const nlohmann::json stats = readJson(folder.file("s.json"));
