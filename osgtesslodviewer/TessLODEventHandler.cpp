@@ -41,18 +41,16 @@ const osg::Camera* mainCamera(osgGA::GUIActionAdapter& action)
     return view ? view->getCamera() : nullptr;
 }
 
-/// Freezes each drawable at the view that its last selection was made for. A drawable that no selection was made for, or
-/// one in an orthographic view, stays as it is.
+/// Freezes each drawable at the view that its last selection was made for. One that no selection was made for stays as it is.
 void freeze(const std::vector<FrameSelection>& selections, const DrawableList& drawables)
 {
     for (const osg::ref_ptr<TessLODDrawable>& drawable : drawables) {
         const auto made = std::find_if(selections.begin(), selections.end(),
                                        [&](const FrameSelection& entry) { return entry.drawable == drawable.get(); });
-        if (made == selections.end() || made->selection->view().orthographic) { continue; }
+        if (made == selections.end()) { continue; }
         SelectionOptions options = drawable->getOptions();
         options.frozen = true;
-        options.frozenEye = made->selection->view().eye;
-        options.frozenPixelScale = made->selection->view().pixelScale;
+        options.frozenView = made->selection->view();
         drawable->setOptions(options);
     }
 }

@@ -23,6 +23,9 @@ constexpr unsigned kMostFrames = 100000;
 constexpr std::pair<const char*, const char*> kOptions[] = {
     {"--error-pixels <number>", "Largest error on screen asked for, in pixels."},
     {"--max-factor <number>", "Do not use levels of larger tessellation factors."},
+    {"--metric <view|isotropic>", "Errors as seen, or at their largest over all directions."},
+    {"--bound <conservative|first-order>",
+     "Keep the error asked for everywhere on screen, or about at the middles of patch borders."},
     {"--no-cull", "Draw patches outside the view frustum too."},
     {"--color-by-level", "Colour patches by their level."},
     {"--wireframe", "Draw lines instead of filled triangles."},
@@ -100,6 +103,18 @@ std::optional<unsigned> takeCount(osg::ArgumentParser& arguments, const std::str
     return std::nullopt;
 }
 
+/// What the option's value names, as `find` knows it.
+template <typename Value>
+std::optional<Value> takeNamed(osg::ArgumentParser& arguments, const std::string& option,
+                               std::optional<Value> (*find)(const std::string&), const char* wanted)
+{
+    const std::optional<std::string> text = takeValue(arguments, option);
+    if (!text) { return std::nullopt; }
+    const std::optional<Value> value = find(*text);
+    if (!value) { reject(arguments, option, *text, wanted); }
+    return value;
+}
+
 void takeSize(osg::ArgumentParser& arguments, ViewerOptions& options)
 {
     const std::optional<std::string> text = takeValue(arguments, "--size");
@@ -146,6 +161,8 @@ ViewerOptions readViewerOptions(osg::ArgumentParser& arguments)
     ViewerOptions options;
     options.errorPixels = takeNumber(arguments, "--error-pixels", 0.0, 1e9, "a number of pixels above 0 is needed");
     options.maxFactor = takeCount(arguments, "--max-factor", 1024, "a whole number from 1 is needed");
+    options.metric = takeNamed(arguments, "--metric", metricNamed, "view or isotropic is needed");
+    options.bound = takeNamed(arguments, "--bound", boundNamed, "conservative or first-order is needed");
     while (arguments.read("--no-cull")) { options.cullPatches = false; }
     while (arguments.read("--color-by-level")) { options.colorByLevel = true; }
     while (arguments.read("--wireframe")) { options.wireframe = true; }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/render/SelectionOptions.h>
+
 #include <osg/Vec3d>
 
 #include <optional>
@@ -24,6 +26,8 @@ struct LookAt {
 struct ViewerOptions {
     std::optional<double> errorPixels; ///< for every TessLODDrawable; not given: as each was read
     std::optional<unsigned> maxFactor; ///< the same
+    std::optional<SelectionOptions::Metric> metric; ///< the same
+    std::optional<SelectionOptions::Bound> bound;   ///< the same
     bool cullPatches = true;
     bool colorByLevel = false;
     bool wireframe = false;

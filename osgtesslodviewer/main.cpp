@@ -47,6 +47,8 @@ void applyOptions(osg::Node& scene, const ViewerOptions& options)
     osgTessLOD::changeOptions(osgTessLOD::findDrawables(scene), [&](osgTessLOD::SelectionOptions& selection) {
         selection.errorPixels = options.errorPixels.value_or(selection.errorPixels);
         selection.maxFactor = options.maxFactor.value_or(selection.maxFactor);
+        selection.metric = options.metric.value_or(selection.metric);
+        selection.bound = options.bound.value_or(selection.bound);
         selection.cullPatches = options.cullPatches;
     });
     osgTessLOD::setColorByLevel(scene, options.colorByLevel);

@@ -11,7 +11,6 @@
 #include <osg/Viewport>
 #include <osgUtil/CullVisitor>
 
-#include <algorithm>
 #include <cmath>
 
 namespace osgTessLOD {
@@ -33,39 +32,28 @@ const osg::Camera* inheritedFrom(osgUtil::CullVisitor& visitor)
     return visitor.getRenderStage()->getCamera(); // the view's own, which is not in the path
 }
 
-bool isOrthographic(const osg::Matrixd& projection)
+/// Local space of the visited drawable → eye space of the view that cameras inherit: as if they were not there.
+osg::Matrixd inheritedModelView(osgUtil::CullVisitor& visitor)
 {
-    return projection(0, 3) == 0.0 && projection(1, 3) == 0.0 && projection(2, 3) == 0.0;
-}
-
-/// Pixels per unit at distance 1 (orthographic: per unit), along the more magnified screen axis. 0 without a viewport.
-double pixelScaleOf(const osg::Matrixd& p, const osg::Viewport* viewport)
-{
-    if (viewport == nullptr) { return 0.0; }
-    const double x = std::hypot(p(0, 0), p(1, 0)) * viewport->width(); // two terms: the view may be turned by 90°
-    const double y = std::hypot(p(0, 1), p(1, 1)) * viewport->height();
-    const double scale = 0.5 * std::max(x, y);
-    return std::isfinite(scale) ? std::max(scale, 0.0) : 0.0;
-}
-
-/// Largest factor by which the matrix lengthens an axis.
-double lengthScale(const osg::Matrixd& m)
-{
-    const auto row = [&](int k) { return osg::Vec3d(m(k, 0), m(k, 1), m(k, 2)).length(); };
-    return std::max(row(0), std::max(row(1), row(2)));
+    osg::Matrixd matrix = visitor.getRenderStage()->getCamera()->getViewMatrix();
+    for (osg::Node* node : visitor.getNodePath()) {
+        const osg::Transform* transform = node->asTransform();
+        if (transform != nullptr && transform->getReferenceFrame() != osg::Transform::ABSOLUTE_RF_INHERIT_VIEWPOINT) {
+            transform->computeLocalToWorldMatrix(matrix, &visitor);
+        }
+    }
+    return matrix;
 }
 
 SelectionView viewOf(osgUtil::CullVisitor& visitor, const SelectionOptions& options)
 {
-    if (options.frozen) { return {options.frozenEye, options.frozenPixelScale, false}; }
+    if (options.frozen) { return options.frozenView; }
     const osg::Camera* other = inheritedFrom(visitor);
     const osg::Viewport* viewport = other != nullptr ? other->getViewport() : visitor.getViewport();
     const osg::Matrixd projection = other != nullptr ? other->getProjectionMatrix() : *visitor.getProjectionMatrix();
-    SelectionView view;
-    view.eye = visitor.getViewPointLocal();
-    view.orthographic = isOrthographic(projection);
-    view.pixelScale = pixelScaleOf(projection, viewport);
-    if (view.orthographic) { view.pixelScale *= lengthScale(*visitor.getModelViewMatrix()); }
+    const osg::Matrixd localToEye = other != nullptr ? inheritedModelView(visitor) : *visitor.getModelViewMatrix();
+    SelectionView view = makeSelectionView(localToEye, projection, viewport != nullptr ? viewport->width() : 0.0,
+                                           viewport != nullptr ? viewport->height() : 0.0);
     const double lodScale = visitor.getLODScale();
     if (lodScale > 0.0) { view.pixelScale /= lodScale; }
     return view;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
+#include <osgTessLOD/render/SelectionView.h>
 
 #include <osg/Drawable>
 #include <osg/Matrixd>
@@ -29,13 +30,6 @@ struct OSGTESSLOD_EXPORT SelectionStatistics {
     std::vector<std::uint64_t> patchesByLevel; ///< drawn patches per ladder entry
 
     void add(const SelectionStatistics& other);
-};
-
-/// The view that a selection was made for.
-struct SelectionView {
-    osg::Vec3d eye;          ///< in the drawable's local space
-    double pixelScale = 0.0; ///< pixels of error per (object unit / distance); orthographic: per object unit
-    bool orthographic = false;
 };
 
 /// The immutable result of one cull visit, and the leaf that draws it: the visible patches grouped by tessellation

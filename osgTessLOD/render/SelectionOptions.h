@@ -1,19 +1,38 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <osg/Vec3d>
+#include <osgTessLOD/Export.h>
+#include <osgTessLOD/render/SelectionView.h>
+
+#include <optional>
+#include <string>
 
 namespace osgTessLOD {
 
 /// How levels are selected.
 struct SelectionOptions {
+    /// Which of the errors stored with an asset count.
+    enum class Metric {
+        View,     ///< the error as seen along the direction of view (Lambert §2.2), never above the isotropic one
+        Isotropic ///< the largest over all directions
+    };
+    /// What holds of what is drawn.
+    enum class Bound {
+        Conservative, ///< no point on screen of a patch that is not saturated is further than errorPixels from where it belongs
+        FirstOrder    ///< as Lambert §2.4: direction and distance at the middle of each border stand for all of it
+    };
+
     double errorPixels = 1.0; ///< largest error asked for, in pixels of the viewport (> 0)
+    Metric metric = Metric::View;
+    Bound bound = Bound::Conservative;
     bool cullPatches = true;  ///< leave out patches outside the view frustum
     unsigned maxFactor = 64;  ///< coarsest allowed cap: levels of larger factors are never selected
     bool frozen = false;      ///< use `frozenView` instead of the camera's
-    /// Viewpoint in the drawable's local space, and pixels per (object unit / distance), of a frozen selection.
-    osg::Vec3d frozenEye;
-    double frozenPixelScale = 0.0;
+    SelectionView frozenView;
 };
+
+/// "view", "isotropic"; "conservative", "first-order": as command lines and files name them. Nothing for other names.
+OSGTESSLOD_EXPORT std::optional<SelectionOptions::Metric> metricNamed(const std::string& name);
+OSGTESSLOD_EXPORT std::optional<SelectionOptions::Bound> boundNamed(const std::string& name);
 
 } // namespace osgTessLOD

@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -25,6 +26,8 @@ namespace {
 
 constexpr const char* kErrorPixels = "errorPixels";
 constexpr const char* kMaxFactor = "maxFactor";
+constexpr const char* kMetric = "metric";
+constexpr const char* kBound = "bound";
 constexpr const char* kNoTextures = "noTextures";
 
 /// The number that option `name` asks for, or `fallback` where it is not given. Throws for anything but a number > 0.
@@ -40,6 +43,18 @@ double positiveOption(const osgDB::Options* options, const char* name, double fa
     return value;
 }
 
+/// What option `name` names, as `find` knows it, or `fallback` where it is not given. Throws for other names.
+template <typename Value>
+Value namedOption(const osgDB::Options* options, const char* name, std::optional<Value> (*find)(const std::string&),
+                  Value fallback)
+{
+    const std::string text = options ? options->getPluginStringData(name) : std::string();
+    if (text.empty()) { return fallback; }
+    const std::optional<Value> value = find(text);
+    if (!value) { throw std::runtime_error(std::string("option ") + name + "=" + text + " is not known"); }
+    return *value;
+}
+
 bool isOptionSet(const osgDB::Options* options, const char* name)
 {
     const std::string text = options ? options->getPluginStringData(name) : std::string();
@@ -52,6 +67,8 @@ osg::ref_ptr<osg::Node> makeNode(LodAsset asset, const std::string& name, const 
     selection.errorPixels = positiveOption(options, kErrorPixels, selection.errorPixels);
     selection.maxFactor =
         static_cast<unsigned>(std::fmin(positiveOption(options, kMaxFactor, selection.maxFactor), 1e6));
+    selection.metric = namedOption(options, kMetric, metricNamed, selection.metric);
+    selection.bound = namedOption(options, kBound, boundNamed, selection.bound);
     if (isOptionSet(options, kNoTextures)) { asset.normals = NormalTexture(); }
     const osg::Vec3d origin(asset.lattice.origin[0], asset.lattice.origin[1], asset.lattice.origin[2]);
 
@@ -100,6 +117,9 @@ public:
         supportsExtension("tlod", "osgTessLOD level-of-detail surface");
         supportsOption(std::string(kErrorPixels) + "=<number>", "Largest error on screen, in pixels; 1 if not given");
         supportsOption(std::string(kMaxFactor) + "=<number>", "Levels of larger tessellation factors are not used");
+        supportsOption(std::string(kMetric) + "=view|isotropic", "Errors as seen, which is the default, or at their largest");
+        supportsOption(std::string(kBound) + "=conservative|first-order",
+                       "Keep the error everywhere on screen, which is the default, or about at the middles of borders");
         supportsOption(kNoTextures, "Leave the normal textures out");
     }
 

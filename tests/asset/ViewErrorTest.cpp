@@ -55,6 +55,34 @@ TEST(ViewError, ofOneVectorIsItsLengthAsSeen)
     EXPECT_NEAR(error.evaluate({0.6, 0.0, 0.8}), 1.2, 1e-15);
 }
 
+TEST(ViewError, isNowhereBelowItsSmallest)
+{
+    std::mt19937 random(5);
+    std::normal_distribution<float> normal;
+    for (int k = 0; k < 200; ++k) {
+        // BᵀB plus, at times, next to nothing: flat forms, equal eigenvalues and small ones.
+        float b[3][3];
+        for (auto& row : b) {
+            for (float& x : row) { x = normal(random) * (k % 4 == 0 ? 1e-3F : 1.0F); }
+        }
+        if (k % 3 == 0) { b[2][0] = b[2][1] = b[2][2] = 0.0F; }
+        const auto product = [&](int i, int j) { return b[0][i] * b[0][j] + b[1][i] * b[1][j] + b[2][i] * b[2][j]; };
+        const float more = k % 5 == 0 ? 1.0F : 0.0F;
+        const ViewError error{{product(0, 0) + more, product(1, 1) + more, product(2, 2) + more, product(0, 1),
+                               product(0, 2), product(1, 2)}};
+        const double smallest = error.smallest();
+        double least = 1e9;
+        for (int n = 0; n < 20000; ++n) { least = std::min(least, error.evaluate(randomDirection(random))); }
+        EXPECT_LE(smallest, least);
+        const double size = std::sqrt(double{error.q[0]} + error.q[1] + error.q[2]);
+        EXPECT_NEAR(smallest, least, 0.03 * size) << "as near as so many directions come";
+    }
+    EXPECT_NEAR(ViewError::isotropic(0.25F).smallest(), 0.25, 1e-7);
+    EXPECT_EQ(ViewError().smallest(), 0.0);
+    EXPECT_EQ((ViewError{{4.0F, 4.0F, 0.0F, 0.0F, 0.0F, 0.0F}}.smallest()), 0.0);
+    EXPECT_EQ((ViewError{{-1e-20F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F}}.smallest()), 0.0);
+}
+
 TEST(ViewError, negativeByRoundingIsZero)
 {
     EXPECT_EQ((ViewError{{-1e-20F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F}}.evaluate({1.0, 0.0, 0.0})), 0.0);

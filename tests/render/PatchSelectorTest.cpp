@@ -30,6 +30,27 @@ SelectionOptions asking(double errorPixels)
     return options;
 }
 
+SelectionOptions askingFirstOrder(double errorPixels)
+{
+    SelectionOptions options = asking(errorPixels);
+    options.bound = SelectionOptions::Bound::FirstOrder;
+    return options;
+}
+
+/// All ways to select.
+std::vector<SelectionOptions> waysToSelect(double errorPixels)
+{
+    std::vector<SelectionOptions> ways;
+    for (const auto metric : {SelectionOptions::Metric::View, SelectionOptions::Metric::Isotropic}) {
+        for (const auto bound : {SelectionOptions::Bound::Conservative, SelectionOptions::Bound::FirstOrder}) {
+            ways.push_back(asking(errorPixels));
+            ways.back().metric = metric;
+            ways.back().bound = bound;
+        }
+    }
+    return ways;
+}
+
 /// Error of every patch at level k: 0.5 / factor². Edges are about 1 from the origin.
 const LodAsset& sphere()
 {
@@ -48,7 +69,7 @@ TEST(PatchSelector, takesTheLowestLevelThatIsGoodEnough)
             SelectionView flat = view;
             flat.orthographic = true;
             const double error = 1000.0 * static_cast<double>(sphere().levels[k].errors[0].isotropic);
-            EXPECT_FLOAT_EQ(selector.edgeLevel(edge, flat, asking(error)).level, static_cast<float>(k));
+            EXPECT_FLOAT_EQ(selector.edgeLevel(edge, flat, askingFirstOrder(error)).level, static_cast<float>(k));
         }
     }
 }
@@ -60,7 +81,7 @@ TEST(PatchSelector, interpolatesLinearlyInTheError)
     view.orthographic = true;
     const double coarse = sphere().levels[1].errors[0].isotropic;
     const double fine = sphere().levels[2].errors[0].isotropic;
-    const auto level = selector.edgeLevel(0, view, asking(0.25 * coarse + 0.75 * fine));
+    const auto level = selector.edgeLevel(0, view, askingFirstOrder(0.25 * coarse + 0.75 * fine));
     EXPECT_NEAR(level.level, 1.75, 1e-6); // Lambert eq. 2.11
     EXPECT_FALSE(level.saturated);
 }
@@ -179,6 +200,14 @@ double errorAt(const LodAsset& asset, std::uint32_t patch, float level)
     return t > 0.0 ? (1.0 - t) * at(k) + t * at(k + 1) : at(k);
 }
 
+/// What each patch needs at its borders, by the isotropic error: simple enough to be computed here anew.
+SelectionOptions askingIsotropicAtBorders(double errorPixels)
+{
+    SelectionOptions options = askingFirstOrder(errorPixels);
+    options.metric = SelectionOptions::Metric::Isotropic;
+    return options;
+}
+
 TEST(PatchSelector, patchesAreFineEnoughAlsoWhereTheirBordersEndBeforeThem)
 {
     const LodAsset asset = exactAtFinest(
@@ -194,7 +223,7 @@ TEST(PatchSelector, patchesAreFineEnoughAlsoWhereTheirBordersEndBeforeThem)
         osg::Vec3d eye(coordinate(random), coordinate(random), coordinate(random));
         eye *= (1.02 + 0.3 * std::fabs(coordinate(random))) / eye.length();
         const double errorPixels = std::exp(2.0 + coordinate(random));
-        const auto result = selector.select(viewFrom(eye), asking(errorPixels), {});
+        const auto result = selector.select(viewFrom(eye), askingIsotropicAtBorders(errorPixels), {});
         EXPECT_EQ(result.statistics.saturatedPatches, 0U);
         for (const PatchRecord& record : result.records) {
             const LodPatch& patch = asset.patches[record.patch];
@@ -231,8 +260,8 @@ TEST(PatchSelector, aPatchThatEndsSaturatesByItself)
     SelectionView view = viewFrom({}, 1.0);
     view.orthographic = true;
     const PatchSelector selector(asset);
-    EXPECT_EQ(selector.select(view, asking(0.02), {}).statistics.saturatedPatches, 0U);
-    EXPECT_EQ(selector.select(view, asking(0.005), {}).statistics.saturatedPatches, 4U) << "it and its neighbours";
+    EXPECT_EQ(selector.select(view, askingIsotropicAtBorders(0.02), {}).statistics.saturatedPatches, 0U);
+    EXPECT_EQ(selector.select(view, askingIsotropicAtBorders(0.005), {}).statistics.saturatedPatches, 1U);
 }
 
 TEST(PatchSelector, levelsAreContinuousWhereBordersEnd)
@@ -242,9 +271,9 @@ TEST(PatchSelector, levelsAreContinuousWhereBordersEnd)
     SelectionView view = viewFrom({}, 1.0);
     view.orthographic = true;
     for (std::uint32_t edge = 0; edge < asset.edges.size(); ++edge) {
-        float last = selector.edgeLevel(edge, view, asking(1e-3)).level;
+        float last = selector.edgeLevel(edge, view, askingIsotropicAtBorders(1e-3)).level;
         for (double error = 1e-3; error < 1.0; error += 1e-5) {
-            const float level = selector.edgeLevel(edge, view, asking(error)).level;
+            const float level = selector.edgeLevel(edge, view, askingIsotropicAtBorders(error)).level;
             EXPECT_NEAR(level, last, 0.15) << "edge " << edge << ", error " << error; // a tenth of 1e-3 is 10 steps
             last = level;
         }
@@ -263,6 +292,21 @@ TEST(PatchSelector, anOrthographicViewDoesNotCareWhereTheEyeIs)
     }
 }
 
+/// That all patches of the sphere get levels that they have, however they are selected.
+void expectLevels(const PatchSelector& selector, const SelectionView& view, double errorPixels)
+{
+    for (const SelectionOptions& options : waysToSelect(errorPixels)) {
+        const auto result = selector.select(view, options, {});
+        ASSERT_EQ(result.records.size(), 8U);
+        for (const PatchRecord& record : result.records) {
+            for (float level : record.edgeLevels) {
+                EXPECT_GE(level, 0.0F);
+                EXPECT_LE(level, 4.0F);
+            }
+        }
+    }
+}
+
 TEST(PatchSelector, strangeViewsGiveFiniteLevels)
 {
     const PatchSelector selector(sphere());
@@ -271,14 +315,13 @@ TEST(PatchSelector, strangeViewsGiveFiniteLevels)
     for (double eye : {0.0, 1.0, 1e-30, 1e30, 1e200, kInfinity, kNan}) {
         for (double scale : {0.0, 1e-300, 1.0, 1e300, kInfinity, kNan}) {
             for (double error : {-1.0, 0.0, 1.0, 1e300, kInfinity, kNan}) {
-                const auto result = selector.select(viewFrom({eye, 0.0, 0.0}, scale), asking(error), {});
-                ASSERT_EQ(result.records.size(), 8U);
-                for (const PatchRecord& record : result.records) {
-                    for (float level : record.edgeLevels) {
-                        EXPECT_GE(level, 0.0F);
-                        EXPECT_LE(level, 4.0F);
-                    }
-                }
+                SelectionView view = viewFrom({eye, 0.0, 0.0}, scale);
+                expectLevels(selector, view, error);
+                view.axis.z() = eye;
+                view.leastCosine = eye;
+                expectLevels(selector, view, error);
+                view.orthographic = true;
+                expectLevels(selector, view, error);
             }
         }
     }
@@ -329,6 +372,178 @@ TEST(PatchSelector, cullsWhatIsOutsideAndLeavesLevelsAlone)
     SelectionOptions keepAll = asking(2.0);
     keepAll.cullPatches = false;
     EXPECT_EQ(selector.select(view, keepAll, frustum).records.size(), 8U);
+}
+
+// ---- by direction, tree and view
+
+/// A sheet of 200 patches over (0,0) to (10,10), each with the errors of difference vectors of its own: long ones in the left
+/// half, which tell directions apart. Every fifth patch is two levels short.
+const LodAsset& unevenSheet()
+{
+    static const LodAsset asset = [] {
+        std::vector<std::uint8_t> finest(200, 4);
+        for (std::size_t p = 0; p < finest.size(); p += 5) { finest[p] = 2; }
+        LodAsset made = synthetic::build(synthetic::wavySheet(10), synthetic::powersOfTwo(16), false, finest);
+        std::mt19937 random(11);
+        std::normal_distribution<float> normal;
+        for (std::size_t level = 0; level < made.levels.size(); ++level) {
+            for (LevelError& error : made.levels[level].errors) {
+                const float size = 0.05F * std::exp2(-2.0F * static_cast<float>(level)) * std::exp(0.3F * normal(random));
+                const float x = 0.3F * size * normal(random);
+                const float z = size;
+                const float small = 0.01F * size * size; // |v × d|² plus some: Q = |v|² I − v vᵀ
+                error.quadratic.q = {z * z + small, x * x + z * z + small, x * x + small, 0.0F, -x * z, 0.0F};
+                error.isotropic = std::sqrt(x * x + z * z + small);
+            }
+        }
+        return made;
+    }();
+    return asset;
+}
+
+/// Views of the sheet from near and far, wide and narrow, and orthographic ones; with the sides of the view.
+struct SheetView {
+    SelectionView view;
+    std::vector<osg::Plane> frustum;
+};
+
+SheetView randomSheetView(std::mt19937& random)
+{
+    const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+    const osg::Vec3d target(uniform(-5.0, 15.0), uniform(-5.0, 15.0), 0.0);
+    osg::Vec3d direction(uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(-0.2, 1.0));
+    direction.normalize();
+    const double distance = std::pow(10.0, uniform(-1.0, 4.5));
+    const osg::Matrixd look = osg::Matrixd::lookAt(target + direction * distance, target, osg::Vec3d(0.3, 0.2, 0.1));
+    osg::Matrixd projection = osg::Matrixd::perspective(uniform(3.0, 140.0), 1.5, 0.01, 1e6);
+    if (uniform(0.0, 1.0) < 0.2) { projection = osg::Matrixd::ortho(-distance, distance, -distance, distance, 0.01, 1e6); }
+    const osg::Matrixd clip = look * projection;
+    const auto side = [&](int axis, double sign) {
+        return osg::Plane(clip(0, 3) + sign * clip(0, axis), clip(1, 3) + sign * clip(1, axis),
+                          clip(2, 3) + sign * clip(2, axis), clip(3, 3) + sign * clip(3, axis));
+    };
+    return {makeSelectionView(look, projection, 900.0, 600.0), {side(0, 1.0), side(0, -1.0), side(1, 1.0), side(1, -1.0)}};
+}
+
+bool isInView(const LodPatch& patch, const std::vector<osg::Plane>& frustum)
+{
+    const osg::Vec3d center(patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2]);
+    for (osg::Plane plane : frustum) {
+        plane.makeUnitLength();
+        if (plane.distance(center) < -static_cast<double>(patch.boundRadius)) { return false; }
+    }
+    return true;
+}
+
+TEST(PatchSelector, selectsWhatEveryEdgeAndPatchByItselfAsksFor)
+{
+    const LodAsset& asset = unevenSheet();
+    const PatchSelector selector(asset);
+    std::mt19937 random(1);
+    std::size_t culled = 0;
+    std::map<std::size_t, std::size_t> levelsInUse; // how many views use so many levels
+    for (int k = 0; k < 300; ++k) {
+        const SheetView sheet = randomSheetView(random);
+        for (const SelectionOptions& options : waysToSelect(1.0)) {
+            std::map<std::uint32_t, std::array<float, 3>> expected;
+            for (std::uint32_t p = 0; p < asset.patches.size(); ++p) {
+                if (!isInView(asset.patches[p], sheet.frustum)) { continue; }
+                for (std::size_t side = 0; side < 3; ++side) {
+                    expected[p][side] = selector.edgeLevel(asset.patches[p].edges[side], sheet.view, options).level;
+                }
+            }
+            const auto result = selector.select(sheet.view, options, sheet.frustum);
+            std::map<std::uint32_t, std::array<float, 3>> selected;
+            for (const PatchRecord& record : result.records) { selected[record.patch] = record.edgeLevels; }
+            ASSERT_EQ(selected, expected) << "view " << k;
+            EXPECT_EQ(result.statistics.patches + result.statistics.culledPatches, asset.patches.size());
+            culled += result.statistics.culledPatches;
+            const auto& byLevel = result.statistics.patchesByLevel;
+            ++levelsInUse[byLevel.size() - static_cast<std::size_t>(std::count(byLevel.begin(), byLevel.end(), 0U))];
+        }
+    }
+    EXPECT_GT(culled, 10000U);
+    EXPECT_GT(levelsInUse[0], 5U) << "nothing in view";
+    EXPECT_GT(levelsInUse[1], 50U) << "one level everywhere";
+    EXPECT_GT(levelsInUse[3] + levelsInUse[4], 50U);
+}
+
+TEST(PatchSelector, errorsAsSeenAskForNoMoreThanIsotropicOnes)
+{
+    const PatchSelector selector(unevenSheet());
+    std::mt19937 random(2);
+    double saved = 0.0;
+    for (int k = 0; k < 200; ++k) {
+        const SelectionView view = randomSheetView(random).view;
+        for (SelectionOptions options : waysToSelect(1.0)) {
+            for (std::uint32_t edge = 0; edge < unevenSheet().edges.size(); ++edge) {
+                options.metric = SelectionOptions::Metric::View;
+                const float seen = selector.edgeLevel(edge, view, options).level;
+                options.metric = SelectionOptions::Metric::Isotropic;
+                const float isotropic = selector.edgeLevel(edge, view, options).level;
+                ASSERT_LE(seen, isotropic);
+                saved += static_cast<double>(isotropic - seen);
+            }
+        }
+    }
+    EXPECT_GT(saved, 1000.0);
+}
+
+TEST(PatchSelector, seenFromAboveWhatMovesUpAndDownNeedsLess)
+{
+    const PatchSelector selector(unevenSheet());
+    for (const SelectionOptions& options : waysToSelect(1.0)) {
+        const bool tellsApart = options.metric == SelectionOptions::Metric::View;
+        const auto above = selector.select(viewFrom({5.0, 5.0, 60.0}), options, {}).statistics;
+        const auto beside = selector.select(viewFrom({65.0, 5.0, 0.0}), options, {}).statistics;
+        EXPECT_EQ(2 * above.triangles < beside.triangles, tellsApart) << above.triangles << " " << beside.triangles;
+    }
+}
+
+TEST(PatchSelector, levelsAreContinuousInAllOfTheView)
+{
+    constexpr double kStep = 1e-8;
+    const LodAsset& asset = unevenSheet();
+    const PatchSelector selector(asset);
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    std::size_t between = 0;
+    for (int k = 0; k < 300; ++k) {
+        const SelectionView view = randomSheetView(random).view;
+        SelectionView moved = view;
+        const double scale = view.orthographic ? 1.0 : std::max(view.eye.z(), 0.05);
+        for (int axis = 0; axis < 3; ++axis) {
+            moved.eye[axis] += kStep * scale * normal(random);
+            moved.axis[axis] += kStep * normal(random);
+        }
+        moved.axis.normalize();
+        moved.pixelScale *= 1.0 + kStep;
+        moved.leastCosine *= 1.0 - kStep;
+        for (const SelectionOptions& options : waysToSelect(1.0)) {
+            for (std::uint32_t edge = 0; edge < asset.edges.size(); ++edge) {
+                const float level = selector.edgeLevel(edge, view, options).level;
+                // Slopes: 11 in the tolerance, which falls by the distance from spheres and the cosine; 1e4 is ample.
+                ASSERT_NEAR(level, selector.edgeLevel(edge, moved, options).level, 1e4 * kStep) << "view " << k;
+                between += level != std::floor(level) ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_GT(between, 10000U) << "nothing could have jumped";
+}
+
+TEST(PatchSelector, withTheEyeInItsSphereAPatchIsAtItsFinest)
+{
+    const LodPatch& patch = unevenSheet().patches[42];
+    const PatchSelector selector(unevenSheet());
+    const osg::Vec3d center(patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2]);
+    for (const double part : {0.0, 0.5, 0.999}) {
+        const SelectionView view = viewFrom(center + osg::Vec3d(0.0, 0.0, part * double{patch.boundRadius}), 1e-3);
+        for (const std::uint32_t edge : patch.edges) {
+            const auto level = selector.edgeLevel(edge, view, asking(1.0));
+            EXPECT_EQ(level.level, static_cast<float>(unevenSheet().edges[edge].finestLevel));
+            EXPECT_TRUE(level.saturated);
+        }
+    }
 }
 
 TEST(PatchSelector, groupsRecordsByLevel)

@@ -186,7 +186,10 @@ TEST_F(Rendering, normalsAreLookedUpWhereVerticesLie)
         root->removeChild(drawable.get());
         drawable = new TessLODDrawable(std::make_shared<const LodAsset>(asset));
         root->addChild(drawable.get());
-        ask(errorPixels);
+        SelectionOptions options;
+        options.errorPixels = errorPixels;
+        options.bound = SelectionOptions::Bound::FirstOrder; // which is between levels at nearly all errors
+        drawable->setOptions(options);
         frame();
         std::vector<int> greys;
         for (int y = 0; y < kSize; ++y) {
@@ -317,13 +320,27 @@ TEST_F(Rendering, frozenSelectionsIgnoreTheCamera)
 {
     SelectionOptions options;
     options.frozen = true;
-    options.frozenEye = osg::Vec3d(0.0, 7.0, 0.0);
-    options.frozenPixelScale = 321.0;
+    options.frozenView.eye = osg::Vec3d(0.0, 7.0, 0.0);
+    options.frozenView.pixelScale = 321.0;
     drawable->setOptions(options);
     frame();
     const SelectionView view = selectedView("main");
-    EXPECT_EQ(view.eye, options.frozenEye);
+    EXPECT_EQ(view.eye, options.frozenView.eye);
     EXPECT_EQ(view.pixelScale, 321.0);
+}
+
+TEST_F(Rendering, orthographicSelectionsFreezeToo)
+{
+    SelectionOptions options;
+    options.frozen = true;
+    options.frozenView.orthographic = true;
+    options.frozenView.pixelScale = 5.0;
+    options.frozenView.axis = osg::Vec3d(1.0, 0.0, 0.0);
+    drawable->setOptions(options);
+    frame();
+    const SelectionView view = selectedView("main");
+    EXPECT_TRUE(view.orthographic);
+    EXPECT_EQ(view.axis, options.frozenView.axis);
 }
 
 TEST_F(Rendering, camerasThatInheritTheViewpointSelectWhatTheMainViewSelects)
@@ -346,6 +363,8 @@ TEST_F(Rendering, camerasThatInheritTheViewpointSelectWhatTheMainViewSelects)
         if (!inherits) { continue; }
         EXPECT_NEAR((other.eye - main.eye).length(), 0.0, 1e-4);
         EXPECT_EQ(other.pixelScale, main.pixelScale);
+        EXPECT_NEAR((other.axis - main.axis).length(), 0.0, 1e-9);
+        EXPECT_NEAR(other.leastCosine, main.leastCosine, 1e-9);
         EXPECT_TRUE(byCamera["main"].localToWorld.isIdentity());
     }
 }

@@ -109,9 +109,9 @@ TEST_P(EventHandler, FreezesTheSelectionAtItsView)
     osg::Vec3d center;
     osg::Vec3d up;
     viewer.getCamera()->getViewMatrixAsLookAt(eye, center, up);
-    EXPECT_LE((options().frozenEye - eye).length(), 1e-4 * eye.length());
+    EXPECT_LE((options().frozenView.eye - eye).length(), 1e-4 * eye.length());
     // Vertical field of view 30° on 200 pixels.
-    EXPECT_NEAR(options().frozenPixelScale, 100.0 / std::tan(osg::DegreesToRadians(15.0)), 0.5);
+    EXPECT_NEAR(options().frozenView.pixelScale, 100.0 / std::tan(osg::DegreesToRadians(15.0)), 0.5);
 
     const std::string frozen = statusText();
     EXPECT_NE(frozen.find("frozen"), std::string::npos) << frozen;

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+// How far what is drawn of a baked surface lies from its reference on screen, from many places.
+#pragma once
+
+#include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/asset/TessellationPattern.h>
+#include <osgTessLOD/bake/Baker.h>
+#include <osgTessLOD/bake/DifferenceVectors.h>
+#include <osgTessLOD/bake/Triangulation.h>
+#include <osgTessLOD/render/MorphedSurface.h>
+#include <osgTessLOD/render/PatchSelection.h>
+#include <osgTessLOD/render/SelectionView.h>
+
+#include <osg/Matrixd>
+#include <osg/Plane>
+#include <osg/Vec3d>
+#include <osg/Vec4d>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace osgTessLOD {
+
+/// A camera and the viewport that it looks into.
+struct ScreenCamera {
+    osg::Matrixd localToEye;
+    osg::Matrixd projection;
+    double width = 0.0; ///< pixels
+    double height = 0.0;
+
+    SelectionView view() const { return makeSelectionView(localToEye, projection, width, height); }
+    osg::Matrixd localToClip() const { return localToEye * projection; }
+
+    /// Left, right, bottom and top of what is in view, local space.
+    std::vector<osg::Plane> sides() const
+    {
+        const osg::Matrixd m = localToClip();
+        std::vector<osg::Plane> planes;
+        for (const int axis : {0, 1}) {
+            for (const double sign : {-1.0, 1.0}) {
+                const auto at = [&](int row) { return m(row, 3) + sign * m(row, axis); };
+                planes.emplace_back(at(0), at(1), at(2), at(3));
+            }
+        }
+        return planes;
+    }
+};
+
+/// Reproducible cameras about an asset: inside of it, close over its surface, from 10⁻³ to 10³ of its size away, and
+/// orthographic ones; fields of view of 5° to 140°, turned in any way, in viewports of several shapes.
+class RandomCameras {
+public:
+    RandomCameras(const LodAsset& asset, unsigned seed)
+        : _asset(asset)
+        , _random(seed)
+    {
+        for (std::size_t k = 0; k < 3; ++k) {
+            _center[static_cast<int>(k)] = 0.5 * (double{asset.boundsMin[k]} + asset.boundsMax[k]);
+            _size += std::pow(double{asset.boundsMax[k]} - asset.boundsMin[k], 2.0);
+        }
+        _size = std::sqrt(_size);
+    }
+
+    ScreenCamera next()
+    {
+        ScreenCamera camera;
+        const std::array<std::array<double, 2>, 3> viewports{{{1280.0, 800.0}, {400.0, 900.0}, {64.0, 64.0}}};
+        camera.width = viewports[_count % viewports.size()][0];
+        camera.height = viewports[_count % viewports.size()][1];
+        const osg::Vec3d target = surfacePoint();
+        osg::Vec3d eye;
+        switch (_count % 4) {
+        case 0: eye = _center + (surfacePoint() - _center) * uniform(0.0, 1.0); break;
+        case 1: eye = surfacePoint() + direction() * _size * std::pow(10.0, uniform(-3.0, -0.5)); break;
+        default: eye = target + direction() * _size * std::pow(10.0, uniform(-3.0, 3.0));
+        }
+        camera.localToEye = osg::Matrixd::lookAt(eye, target, direction());
+        const double aspect = camera.width / camera.height;
+        const double near = 1e-3 * _size;
+        if (_count % 16 == 15) {
+            const double half = _size * std::pow(10.0, uniform(-2.0, 2.0));
+            camera.projection.makeOrtho(-half * aspect, half * aspect, -half, half, near, 1e6 * near);
+        } else {
+            camera.projection.makePerspective(uniform(5.0, 140.0), aspect, near, 1e6 * near);
+        }
+        ++_count;
+        return camera;
+    }
+
+private:
+    double uniform(double from, double to) { return std::uniform_real_distribution<double>(from, to)(_random); }
+
+    osg::Vec3d direction()
+    {
+        std::normal_distribution<double> normal;
+        osg::Vec3d d(normal(_random), normal(_random), normal(_random));
+        d.normalize();
+        return d;
+    }
+
+    osg::Vec3d surfacePoint()
+    {
+        const LodLevel& level = _asset.levels.front();
+        const std::size_t vertex = std::uniform_int_distribution<std::size_t>(0, level.vertices.size() - 1)(_random);
+        const auto p = _asset.position(_asset.patches[vertex / 3], level.vertices[vertex]);
+        return {p[0], p[1], p[2]};
+    }
+
+    const LodAsset& _asset;
+    std::mt19937_64 _random;
+    osg::Vec3d _center;
+    double _size = 0.0;
+    unsigned _count = 0;
+};
+
+/// Compares patches as drawn, by the CPU twin of the shaders, with the charts that their asset was made of. Keeps references.
+class ScreenDeviation {
+public:
+    ScreenDeviation(const bake::PatchedSurface& surface, const LodAsset& asset)
+        : _asset(asset)
+        , _surface(asset)
+        , _chartTriangles(bake::Triangulation::ofPattern(surface.charts.factor))
+        , _chartPoints(bake::patternPoints(surface.charts.factor))
+    {
+        const bake::WorkingFrame& frame = surface.map->frame();
+        const Eigen::Vector3d origin(asset.lattice.origin[0], asset.lattice.origin[1], asset.lattice.origin[2]);
+        for (const bake::PatchChart& chart : surface.charts.charts) {
+            std::vector<Eigen::Vector3d>& positions = _charts.emplace_back();
+            for (const Eigen::Vector3d& p : chart.positions) {
+                positions.emplace_back(frame.center - origin + frame.scale * p);
+            }
+        }
+        for (const std::uint16_t factor : asset.ladder) { _patterns.push_back(bake::Triangulation::ofPattern(factor)); }
+    }
+
+    /// The largest distance, in pixels, between a point of the patch that is in view and the point of its chart with the same
+    /// parameters (those of vertices on their way between levels rounded to the chart's lattice, as by the bake). At all
+    /// vertices of both and wherever their edges cross; infinite if a chart's point is behind the eye. 0 if nothing is in view.
+    double pixels(const PatchRecord& record, const ScreenCamera& camera) const
+    {
+        const unsigned level = MorphedSurface::drawnLevel(record.edgeLevels);
+        const std::uint32_t count = TessellationPattern::vertexCount(_asset.ladder[level]);
+        std::vector<Eigen::Vector3d> drawn;
+        std::vector<ChartPoint> points;
+        for (std::uint32_t v = 0; v < count; ++v) {
+            const auto point = _surface.tessLodSurfacePoint(record.patch, record.edgeLevels, v);
+            drawn.emplace_back(point.position[0], point.position[1], point.position[2]);
+            points.push_back(rounded(point.weights));
+        }
+        const bake::DifferenceVectors differences({_patterns[level], points}, {_chartTriangles, _chartPoints});
+        const osg::Matrixd localToClip = camera.localToClip();
+        double largest = 0.0;
+        for (const bake::DifferenceVectors::Row& row : differences.rows()) {
+            const osg::Vec4d at = blend(drawn, row.levelVertices, row.levelWeights) * localToClip;
+            if (!(at.w() > 0.0 && std::fabs(at.x()) <= at.w() && std::fabs(at.y()) <= at.w())) { continue; }
+            const osg::Vec4d wanted = blend(_charts[record.patch], row.chartVertices, row.chartWeights) * localToClip;
+            largest = std::max(largest, distance(at, wanted, camera));
+        }
+        return largest;
+    }
+
+private:
+    static ChartPoint rounded(const MorphedSurface::Vec3& weights)
+    {
+        const auto units = [&](std::size_t k) {
+            return static_cast<std::int32_t>(std::lround(double{weights[k]} * ChartPoint::kUnits));
+        };
+        ChartPoint point{units(1), units(2)};
+        if (weights[0] <= 0.0F) { point.v = ChartPoint::kUnits - point.u; } // on that side
+        point.v = std::min(point.v, ChartPoint::kUnits - point.u);
+        return point;
+    }
+
+    static osg::Vec4d blend(const std::vector<Eigen::Vector3d>& positions, const std::array<std::uint32_t, 3>& vertices,
+                            const std::array<double, 3>& weights)
+    {
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        for (std::size_t k = 0; k < 3; ++k) { sum += weights[k] * positions[vertices[k]]; }
+        return {sum.x(), sum.y(), sum.z(), 1.0};
+    }
+
+    static double distance(const osg::Vec4d& a, const osg::Vec4d& b, const ScreenCamera& camera)
+    {
+        if (!(b.w() > 0.0)) { return std::numeric_limits<double>::infinity(); }
+        return std::hypot(0.5 * camera.width * (a.x() / a.w() - b.x() / b.w()),
+                          0.5 * camera.height * (a.y() / a.w() - b.y() / b.w()));
+    }
+
+    const LodAsset& _asset;
+    MorphedSurface _surface;
+    bake::Triangulation _chartTriangles;
+    std::vector<ChartPoint> _chartPoints;
+    std::vector<std::vector<Eigen::Vector3d>> _charts; ///< asset frame
+    std::vector<bake::Triangulation> _patterns;        ///< per level
+};
+
+} // namespace osgTessLOD
