@@ -8,11 +8,9 @@
 #include <osgTessLOD/bake/DifferenceVectors.h>
 #include <osgTessLOD/bake/Triangulation.h>
 #include <osgTessLOD/render/MorphedSurface.h>
-#include <osgTessLOD/render/PatchSelection.h>
-#include <osgTessLOD/render/SelectionView.h>
+#include <osgTessLOD/render/PatchSelector.h>
+#include <support/ScreenCamera.h>
 
-#include <osg/Matrixd>
-#include <osg/Plane>
 #include <osg/Vec3d>
 #include <osg/Vec4d>
 
@@ -26,30 +24,14 @@
 
 namespace osgTessLOD {
 
-/// A camera and the viewport that it looks into.
-struct ScreenCamera {
-    osg::Matrixd localToEye;
-    osg::Matrixd projection;
-    double width = 0.0; ///< pixels
-    double height = 0.0;
-
-    SelectionView view() const { return makeSelectionView(localToEye, projection, width, height); }
-    osg::Matrixd localToClip() const { return localToEye * projection; }
-
-    /// Left, right, bottom and top of what is in view, local space.
-    std::vector<osg::Plane> sides() const
-    {
-        const osg::Matrixd m = localToClip();
-        std::vector<osg::Plane> planes;
-        for (const int axis : {0, 1}) {
-            for (const double sign : {-1.0, 1.0}) {
-                const auto at = [&](int row) { return m(row, 3) + sign * m(row, axis); };
-                planes.emplace_back(at(0), at(1), at(2), at(3));
-            }
-        }
-        return planes;
-    }
-};
+/// Does a border of the patch need more than it has, so that nothing is promised of the patch?
+inline bool hasSaturatedBorder(const LodAsset& asset, const PatchSelector& selector, std::uint32_t patch,
+                               const SelectionView& view, const SelectionOptions& options)
+{
+    const auto& edges = asset.patches[patch].edges;
+    return std::any_of(edges.begin(), edges.end(),
+                       [&](std::uint32_t edge) { return selector.edgeLevel(edge, view, options).saturated; });
+}
 
 /// Reproducible cameras about an asset: inside of it, close over its surface, from 10⁻³ to 10³ of its size away, and
 /// orthographic ones; fields of view of 5° to 140°, turned in any way, in viewports of several shapes.

@@ -2,7 +2,6 @@
 // What selection promises of what is drawn, measured on baked surfaces: by the CPU twin of the shaders against the charts.
 #include <osgTessLOD/bake/AssetAssembler.h>
 #include <osgTessLOD/render/PatchSelector.h>
-
 #include <support/ScreenDeviation.h>
 
 #include <gtest/gtest.h>
@@ -35,15 +34,6 @@ BakedSurface bakeSurface(const std::string& name, unsigned maxFactor)
     return baked;
 }
 
-bool hasSaturatedBorder(const BakedSurface& baked, const PatchRecord& record, const SelectionView& view,
-                        const SelectionOptions& options)
-{
-    for (const std::uint32_t edge : baked.asset.patches[record.patch].edges) {
-        if (baked.selector->edgeLevel(edge, view, options).saturated) { return true; }
-    }
-    return false;
-}
-
 /// The largest deviation in terms of the one asked for, over views and patches, and how many patches that was of.
 struct Worst {
     double ratio = 0.0;
@@ -55,7 +45,7 @@ struct Worst {
     {
         const SelectionView view = camera.view();
         for (const PatchRecord& record : baked.selector->select(view, options, camera.sides()).records) {
-            if (hasSaturatedBorder(baked, record, view, options)) { continue; }
+            if (hasSaturatedBorder(baked.asset, *baked.selector, record.patch, view, options)) { continue; }
             ratio = std::max(ratio, baked.deviation->pixels(record, camera) / options.errorPixels);
             ++patches;
             refined += MorphedSurface::drawnLevel(record.edgeLevels) > 0 ? 1 : 0;
