@@ -18,7 +18,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <random>
 #include <vector>
 
@@ -122,7 +121,8 @@ public:
 
     /// The largest distance, in pixels, between a point of the patch that is in view and the point of its chart with the same
     /// parameters (those of vertices on their way between levels rounded to the chart's lattice, as by the bake). At all
-    /// vertices of both and wherever their edges cross; infinite if a chart's point is behind the eye. 0 if nothing is in view.
+    /// vertices of both and wherever their edges cross. A chart's point behind the eye counts as the viewport's diagonal away.
+    /// 0 if nothing is in view.
     double pixels(const PatchRecord& record, const ScreenCamera& camera) const
     {
         const unsigned level = MorphedSurface::drawnLevel(record.edgeLevels);
@@ -168,7 +168,7 @@ private:
 
     static double distance(const osg::Vec4d& a, const osg::Vec4d& b, const ScreenCamera& camera)
     {
-        if (!(b.w() > 0.0)) { return std::numeric_limits<double>::infinity(); }
+        if (!(b.w() > 0.0)) { return std::hypot(camera.width, camera.height); }
         return std::hypot(0.5 * camera.width * (a.x() / a.w() - b.x() / b.w()),
                           0.5 * camera.height * (a.y() / a.w() - b.y() / b.w()));
     }
