@@ -110,7 +110,8 @@ Json summarize(const Ratios& ratios)
 
 std::vector<std::string> tableRow(const Json& row)
 {
-    std::vector<std::string> cells{row["scene"].get<std::string>(), fmt::format("{}", row["errorPixels"].get<double>())};
+    std::vector<std::string> cells{row["scene"].get<std::string>(),
+                                   fmt::format("{}", row["errorPixels"].get<double>())};
     for (const char* bound : {"conservative", "firstOrder"}) {
         cells.push_back(grouped(row[bound]["patches"].get<std::uint64_t>()));
         cells.push_back(fmt::format("{:.4f}", row[bound]["maxRatio"].get<double>()));
@@ -124,8 +125,8 @@ std::vector<std::string> tableRow(const Json& row)
 BenchmarkResult benchmarkBound(const std::vector<Scene>& scenes, unsigned views)
 {
     BenchmarkResult result;
-    result.tables.emplace_back().headers = {"scene",       "error px", "patches", "conservative max",
-                                            "tightness",   "patches",  "first order max", "tightness"};
+    result.tables.emplace_back().headers = {"scene",     "error px", "patches",         "conservative max",
+                                            "tightness", "patches",  "first order max", "tightness"};
     Ratios conservative;
     Ratios firstOrder;
     for (const Scene& scene : scenes) {

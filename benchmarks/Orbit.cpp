@@ -21,8 +21,8 @@ std::vector<ScreenCamera> orbitOf(const LodAsset& asset, double diagonals, unsig
         ScreenCamera camera;
         camera.width = 1280.0;
         camera.height = 800.0;
-        camera.localToEye = osg::Matrixd::lookAt(center + (side * std::cos(turn) + top * std::sin(turn)) * radius, center,
-                                                 side ^ top);
+        camera.localToEye =
+            osg::Matrixd::lookAt(center + (side * std::cos(turn) + top * std::sin(turn)) * radius, center, side ^ top);
         camera.projection.makePerspective(30.0, camera.width / camera.height, 0.01 * radius, 10.0 * radius);
         cameras.push_back(camera);
     }

@@ -22,7 +22,7 @@ constexpr unsigned kViews = 16;
 /// Places to select from.
 struct Situation {
     const char* name;
-    double diagonals;    ///< from the middle of the model
+    double diagonals; ///< from the middle of the model
     bool looksAway;
 };
 constexpr Situation kSituations[] = {
@@ -91,8 +91,8 @@ BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned ru
                                            {"drawn", statistics.patches / kViews},
                                            {"nanoseconds", time},
                                            {"nanosecondsPerPatch", perPatch}});
-                    result.tables.front().rows.push_back({scene.name, grouped(asset.patches.size()), situation.name, way.name,
-                                                          grouped(statistics.patches / kViews),
+                    result.tables.front().rows.push_back({scene.name, grouped(asset.patches.size()), situation.name,
+                                                          way.name, grouped(statistics.patches / kViews),
                                                           fmt::format("{:.2f}", time / 1000.0),
                                                           fmt::format("{:.1f}", perPatch)});
                 }

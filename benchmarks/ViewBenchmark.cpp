@@ -65,13 +65,14 @@ Json summarize(const OrbitTriangles& sum)
 
 std::vector<std::string> tableRow(const Json& row)
 {
-    std::vector<std::string> cells{row["scene"].get<std::string>(), fmt::format("{}", row["errorPixels"].get<double>())};
+    std::vector<std::string> cells{row["scene"].get<std::string>(),
+                                   fmt::format("{}", row["errorPixels"].get<double>())};
     for (const char* bound : {"conservative", "firstOrder"}) {
         const Json& orbit = row[bound];
         cells.push_back(grouped(orbit["isotropic"].get<std::uint64_t>()));
         cells.push_back(grouped(orbit["view"].get<std::uint64_t>()));
-        cells.push_back(fmt::format("{:.3f} ({:.3f}–{:.3f})", orbit["ratio"].get<double>(), orbit["least"].get<double>(),
-                                    orbit["largest"].get<double>()));
+        cells.push_back(fmt::format("{:.3f} ({:.3f}–{:.3f})", orbit["ratio"].get<double>(),
+                                    orbit["least"].get<double>(), orbit["largest"].get<double>()));
     }
     cells.push_back(fmt::format("{:.0f} %", 100.0 * row["conservative"]["saturated"].get<double>()));
     return cells;
@@ -82,8 +83,9 @@ std::vector<std::string> tableRow(const Json& row)
 BenchmarkResult benchmarkViews(const std::vector<Scene>& scenes)
 {
     BenchmarkResult result;
-    result.tables.emplace_back().headers = {"scene", "error px", "isotropic",   "view", "conservative ratio",
-                                            "isotropic", "view", "first order ratio", "saturated"};
+    result.tables.emplace_back().headers = {"scene", "error px",           "isotropic",
+                                            "view",  "conservative ratio", "isotropic",
+                                            "view",  "first order ratio",  "saturated"};
     Json byScene = Json::object();
     Json firstOrderByScene = Json::object();
     for (const Scene& scene : scenes) {

@@ -124,7 +124,9 @@ int run(Command command, const Arguments& arguments)
         scenes.erase(std::remove_if(scenes.begin(), scenes.end(), [](const Scene& s) { return !isBuiltin(s); }), scenes.end());
     }
     for (const Scene& scene : scenes) {
-        if (!takesBakedScenes(command) && isBaked(scene)) { throw std::runtime_error(scene.source + ": is baked already"); }
+        if (!takesBakedScenes(command) && isBaked(scene)) {
+            throw std::runtime_error(scene.source + ": is baked already");
+        }
     }
     // Before anything is measured: a file that cannot be written is to be known at once.
     std::unique_ptr<osgTessLOD::AtomicFile> file;

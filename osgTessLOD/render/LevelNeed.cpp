@@ -48,12 +48,12 @@ double progress(double tolerance, double enough, double tooMuch)
 
 /// How a sphere is seen.
 struct LevelNeed::Sight {
-    osg::Vec3d direction;  ///< unit, to its centre
-    double distance;       ///< of the centre from the eye
-    double nearest;        ///< of any point from the eye; 0 with the eye inside
-    double leastDepth;     ///< of whatever of it may be on screen
-    double sine;           ///< of half the angle that it takes up; 1 with the eye inside
-    double leastCosine;    ///< of the angle to the axis of whatever of it may be on screen
+    osg::Vec3d direction; ///< unit, to its centre
+    double distance;      ///< of the centre from the eye
+    double nearest;       ///< of any point from the eye; 0 with the eye inside
+    double leastDepth;    ///< of whatever of it may be on screen
+    double sine;          ///< of half the angle that it takes up; 1 with the eye inside
+    double leastCosine;   ///< of the angle to the axis of whatever of it may be on screen
     double largestCosine;
 };
 
@@ -176,7 +176,8 @@ LevelNeed::Range LevelNeed::ofPatches(const BoundSphere& sphere, const float* bo
         low[k] = least[k] * (1.0 - kRounding);
         high[k] = largest[k] * (1.0 + loss) * (1.0 + kRounding);
     }
-    return {needFor(low.data(), highTolerance * (1.0 + kRounding)), needFor(high.data(), lowTolerance * (1.0 - kRounding))};
+    return {needFor(low.data(), highTolerance * (1.0 + kRounding)),
+            needFor(high.data(), lowTolerance * (1.0 - kRounding))};
 }
 
 bool LevelNeed::isSaturated(float need, unsigned finest) const

@@ -148,9 +148,10 @@ TEST_F(BenchCommand, BoundIsKeptByConservativeAndNotByFirstOrder)
 
 TEST_F(BenchCommand, ViewAndSelectTakeBakedScenes)
 {
-    ASSERT_EQ(run("bake --technique uniform --runs 1 --limit 1 --scene '" + torus() + "' --keep '" + _folder.file("") + "'")
-                  .status,
-              0);
+    ASSERT_EQ(
+        run("bake --technique uniform --runs 1 --limit 1 --scene '" + torus() + "' --keep '" + _folder.file("") + "'")
+            .status,
+        0);
     const std::string scene = " --scene '" + _folder.file("torus.tlod") + "'";
     const Json view = this->report("view" + scene);
     ASSERT_EQ(view["rows"].size(), 4U);

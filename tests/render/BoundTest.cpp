@@ -81,7 +81,9 @@ TEST_P(Bound, HoldsNearWhereThePatchesAreSeenFromTheirBestSide)
     // A patch that fills the view, seen from where the middle of it shows the least error: at its ends it shows more.
     const BakedSurface baked = bakeSurface(GetParam(), 8);
     std::mt19937 random(3);
-    const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+    const auto uniform = [&](double from, double to) {
+        return std::uniform_real_distribution<double>(from, to)(random);
+    };
     Worst worst;
     for (std::size_t p = 0; p < baked.asset.patches.size(); ++p) {
         const LodPatch& patch = baked.asset.patches[p];
