@@ -22,4 +22,14 @@ BakedScene bakeToFile(const Scene& scene, const bake::BakeOptions& options, cons
     return baked;
 }
 
+LodAsset loadOrBake(const Scene& scene)
+{
+    if (isBaked(scene)) { return readTlod(scene.source); }
+    bake::BakeOptions options;
+    options.normals = false;
+    bake::Progress progress;
+    bake::BakeReport report;
+    return bake::bakeSource(scene.source, options, progress, report);
+}
+
 } // namespace osgTessLOD::benchmarks

@@ -55,6 +55,16 @@ BenchmarkResult benchmarkLadders(const std::vector<Scene>& scenes, unsigned maxF
 /// (Lambert fig. 2.4), over `directions` random directions for every patch and level.
 BenchmarkResult benchmarkMetric(const std::vector<Scene>& scenes, std::size_t directions);
 
+/// The largest deviation on screen of what is drawn, in terms of the one asked for, over `views` random views of every scene
+/// and errors of 0.5, 1 and 4 pixels, with either bound; a scene of which Conservative is above 1 has failed.
+BenchmarkResult benchmarkBound(const std::vector<Scene>& scenes, unsigned views);
+
+/// Triangles drawn along an orbit of every scene by the error as seen and by the isotropic one (Lambert fig. 2.6).
+BenchmarkResult benchmarkViews(const std::vector<Scene>& scenes);
+
+/// What selecting levels and patches takes, from several places. Times are medians over `runs`.
+BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned runs);
+
 /// 0 without values.
 double median(std::vector<double> values);
 double mean(const std::vector<double>& values);

@@ -27,6 +27,8 @@ struct Arguments {
     unsigned frames = 20;
     std::size_t directions = 1000000;
     unsigned maxFactor = 64;
+    unsigned views = 160;
+    unsigned runs = 21;
     bool quick = false;
     bool markdown = false;
 };
@@ -81,12 +83,13 @@ void printTables(const std::vector<ResultTable>& tables, bool markdown)
     }
 }
 
-enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder };
+enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select };
 
 BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const Arguments& arguments)
 {
     constexpr std::size_t kQuickDirections = 10000;
     constexpr unsigned kQuickFactor = 16;
+    constexpr unsigned kQuickViews = 32;
     const unsigned maxFactor = arguments.quick ? std::min(arguments.maxFactor, kQuickFactor) : arguments.maxFactor;
     switch (command) {
     case Command::Bake: return benchmarkBakes(scenes, bakeOptions(arguments));
@@ -94,6 +97,9 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
     case Command::Levels: return benchmarkLevels(scenes, maxFactor);
     case Command::Ladder: return benchmarkLadders(scenes, maxFactor);
     case Command::Simplify: return benchmarkSimplification(scenes, arguments.methods);
+    case Command::Bound: return benchmarkBound(scenes, arguments.quick ? kQuickViews : arguments.views);
+    case Command::View: return benchmarkViews(scenes);
+    case Command::Select: return benchmarkSelection(scenes, arguments.quick ? 3 : arguments.runs);
     default: return benchmarkMetric(scenes, arguments.quick ? kQuickDirections : arguments.directions);
     }
 }
@@ -101,7 +107,13 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
 /// Simplifying scans takes minutes: they are compared only where they are asked for.
 bool takesScansByName(Command command)
 {
-    return command == Command::Simplify || command == Command::Levels || command == Command::Ladder;
+    return command == Command::Simplify || command == Command::Levels || command == Command::Ladder ||
+           command == Command::Bound;
+}
+
+bool takesBakedScenes(Command command)
+{
+    return command == Command::Frame || command == Command::View || command == Command::Select;
 }
 
 /// The exit status: 1 if a scene could not be measured.
@@ -112,7 +124,9 @@ int run(Command command, const Arguments& arguments)
         scenes.erase(std::remove_if(scenes.begin(), scenes.end(), [](const Scene& s) { return !isBuiltin(s); }), scenes.end());
     }
     for (const Scene& scene : scenes) {
-        if (command != Command::Frame && isBaked(scene)) { throw std::runtime_error(scene.source + ": is baked already"); }
+        if (!takesBakedScenes(command) && isBaked(scene)) {
+            throw std::runtime_error(scene.source + ": is baked already");
+        }
     }
     // Before anything is measured: a file that cannot be written is to be known at once.
     std::unique_ptr<osgTessLOD::AtomicFile> file;
@@ -148,6 +162,16 @@ int main(int argc, char** argv)
             ->capture_default_str()
             ->check(CLI::IsMember({2U, 4U, 8U, 16U, 32U, 64U}));
     }
+    CLI::App* bound = app.add_subcommand("bound", "deviations on screen in terms of those asked for");
+    bound->add_option("--views", arguments.views, "random views of each scene")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000));
+    CLI::App* view = app.add_subcommand("view", "triangles by the error as seen, relative to the isotropic one");
+    CLI::App* select = app.add_subcommand("select", "what selecting levels and patches takes");
+    select->add_option("--runs", arguments.runs, "measurements to take the median of")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000));
+    for (CLI::App* command : {bound, view, select}) { declareCommon(*command, arguments); }
     declareCommon(*bake, arguments);
     declareCommon(*levels, arguments);
     declareCommon(*ladder, arguments);
@@ -183,6 +207,9 @@ int main(int argc, char** argv)
                    : simplify->parsed() ? Command::Simplify
                    : levels->parsed()   ? Command::Levels
                    : ladder->parsed()   ? Command::Ladder
+                   : bound->parsed()    ? Command::Bound
+                   : view->parsed()     ? Command::View
+                   : select->parsed()   ? Command::Select
                                         : Command::Metric,
                    arguments);
     } catch (const std::exception& error) {

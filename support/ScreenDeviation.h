@@ -8,11 +8,9 @@
 #include <osgTessLOD/bake/DifferenceVectors.h>
 #include <osgTessLOD/bake/Triangulation.h>
 #include <osgTessLOD/render/MorphedSurface.h>
-#include <osgTessLOD/render/PatchSelection.h>
-#include <osgTessLOD/render/SelectionView.h>
+#include <osgTessLOD/render/PatchSelector.h>
+#include <support/ScreenCamera.h>
 
-#include <osg/Matrixd>
-#include <osg/Plane>
 #include <osg/Vec3d>
 #include <osg/Vec4d>
 
@@ -20,36 +18,19 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <random>
 #include <vector>
 
 namespace osgTessLOD {
 
-/// A camera and the viewport that it looks into.
-struct ScreenCamera {
-    osg::Matrixd localToEye;
-    osg::Matrixd projection;
-    double width = 0.0; ///< pixels
-    double height = 0.0;
-
-    SelectionView view() const { return makeSelectionView(localToEye, projection, width, height); }
-    osg::Matrixd localToClip() const { return localToEye * projection; }
-
-    /// Left, right, bottom and top of what is in view, local space.
-    std::vector<osg::Plane> sides() const
-    {
-        const osg::Matrixd m = localToClip();
-        std::vector<osg::Plane> planes;
-        for (const int axis : {0, 1}) {
-            for (const double sign : {-1.0, 1.0}) {
-                const auto at = [&](int row) { return m(row, 3) + sign * m(row, axis); };
-                planes.emplace_back(at(0), at(1), at(2), at(3));
-            }
-        }
-        return planes;
-    }
-};
+/// Does a border of the patch need more than it has, so that nothing is promised of the patch?
+inline bool hasSaturatedBorder(const LodAsset& asset, const PatchSelector& selector, std::uint32_t patch,
+                               const SelectionView& view, const SelectionOptions& options)
+{
+    const auto& edges = asset.patches[patch].edges;
+    return std::any_of(edges.begin(), edges.end(),
+                       [&](std::uint32_t edge) { return selector.edgeLevel(edge, view, options).saturated; });
+}
 
 /// Reproducible cameras about an asset: inside of it, close over its surface, from 10⁻³ to 10³ of its size away, and
 /// orthographic ones; fields of view of 5° to 140°, turned in any way, in viewports of several shapes.
@@ -140,7 +121,8 @@ public:
 
     /// The largest distance, in pixels, between a point of the patch that is in view and the point of its chart with the same
     /// parameters (those of vertices on their way between levels rounded to the chart's lattice, as by the bake). At all
-    /// vertices of both and wherever their edges cross; infinite if a chart's point is behind the eye. 0 if nothing is in view.
+    /// vertices of both and wherever their edges cross. A chart's point behind the eye counts as the viewport's diagonal away.
+    /// 0 if nothing is in view.
     double pixels(const PatchRecord& record, const ScreenCamera& camera) const
     {
         const unsigned level = MorphedSurface::drawnLevel(record.edgeLevels);
@@ -186,7 +168,7 @@ private:
 
     static double distance(const osg::Vec4d& a, const osg::Vec4d& b, const ScreenCamera& camera)
     {
-        if (!(b.w() > 0.0)) { return std::numeric_limits<double>::infinity(); }
+        if (!(b.w() > 0.0)) { return std::hypot(camera.width, camera.height); }
         return std::hypot(0.5 * camera.width * (a.x() / a.w() - b.x() / b.w()),
                           0.5 * camera.height * (a.y() / a.w() - b.y() / b.w()));
     }

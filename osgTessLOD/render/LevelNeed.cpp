@@ -12,10 +12,10 @@
 //   |v × d_p| ≤ E(d_c) cos θ + √(m² − E(d_c)²) sin θ   while E(d_c) < m cos θ, else m                 (widening)
 //
 // as sin(a + θ) = sin a cos θ + cos a sin θ for the angle a between v and d_c; it is below E(d_c) + m sin θ. φ_p is at most
-// φ_c + θ, and at most that of a corner of the view, or p is not on screen: C = cos φ_p at least. The depth of p + v is at least
-// (D − R) C − m. So the error is at most `a` pixels where
+// φ_c + θ, and at most that of a corner of the view, or p is not on screen: C = cos φ_p at least. The depth of p is at least
+// h = max(D cos φ_c − R, (D − R) C), that of p + v at least h − m. So the error is at most `a` pixels where
 //
-//   widened + m C a/f  ≤  C² (D − R) a/f,                                                               (tolerance)
+//   widened + m C a/f  ≤  C h a/f,                                                                      (tolerance)
 //
 // both sides in object units. With the eye in the sphere the tolerance is 0, which only exact levels keep. Orthographic views
 // have one direction and no depth: E(axis) ≤ a/f.
@@ -48,11 +48,12 @@ double progress(double tolerance, double enough, double tooMuch)
 
 /// How a sphere is seen.
 struct LevelNeed::Sight {
-    osg::Vec3d direction;  ///< unit, to its centre
-    double distance;       ///< of the centre from the eye
-    double nearest;        ///< of any point from the eye; 0 with the eye inside
-    double sine;           ///< of half the angle that it takes up; 1 with the eye inside
-    double leastCosine;    ///< of the angle to the axis of whatever of it may be on screen
+    osg::Vec3d direction; ///< unit, to its centre
+    double distance;      ///< of the centre from the eye
+    double nearest;       ///< of any point from the eye; 0 with the eye inside
+    double leastDepth;    ///< of whatever of it may be on screen
+    double sine;          ///< of half the angle that it takes up; 1 with the eye inside
+    double leastCosine;   ///< of the angle to the axis of whatever of it may be on screen
     double largestCosine;
 };
 
@@ -69,20 +70,22 @@ LevelNeed::LevelNeed(const SelectionView& view, const SelectionOptions& options,
 
 LevelNeed::Sight LevelNeed::sightOf(const osg::Vec3f& center, double radius) const
 {
-    if (_view.orthographic) { return {_view.axis, 1.0, 1.0, 0.0, 1.0, 1.0}; }
+    if (_view.orthographic) { return {_view.axis, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0}; }
     const osg::Vec3d toCenter = osg::Vec3d(center) - _view.eye;
     const double distance = toCenter.length();
-    if (distance <= radius) { return {_view.axis, distance, 0.0, 1.0, _view.leastCosine, 1.0}; }
+    if (distance <= radius) { return {_view.axis, distance, 0.0, 0.0, 1.0, _view.leastCosine, 1.0}; }
     const osg::Vec3d direction = toCenter / distance;
     const double sine = radius / distance;
     const double cosine = std::sqrt(1.0 - sine * sine);
     const double axial = std::clamp(direction * _view.axis, -1.0, 1.0);
     const double across = std::sqrt(1.0 - axial * axial);
+    const double leastCosine = std::max(axial * cosine - across * sine, _view.leastCosine);
     return {direction,
             distance,
             distance - radius,
+            std::max(distance * axial - radius, (distance - radius) * leastCosine),
             sine,
-            std::max(axial * cosine - across * sine, _view.leastCosine),
+            leastCosine,
             axial < cosine ? std::max(axial * cosine + across * sine, _view.leastCosine) : 1.0};
 }
 
@@ -105,9 +108,10 @@ void LevelNeed::errorsAlong(const Sight& sight, const float* errors, double* see
         const double m = isotropic[k];
         const double form = errors[k] * x * x + errors[n + k] * y * y + errors[2 * n + k] * z * z +
                             2.0 * (errors[3 * n + k] * x * y + errors[4 * n + k] * x * z + errors[5 * n + k] * y * z);
-        const double squared = std::min(std::max(form, 0.0), m * m);
-        const double widened = std::sqrt(squared) * cosine + std::sqrt(m * m - squared) * sine;
-        seen[k] = squared < m * m * squaredCosine ? widened : m;
+        const double positive = form > 0.0 ? form : 0.0;
+        const double most = m * m * squaredCosine; // from there on the whole length m is seen from somewhere
+        const double squared = positive < most ? positive : most;
+        seen[k] = std::sqrt(squared) * cosine + std::sqrt(m * m - squared) * sine;
     }
 }
 
@@ -120,7 +124,13 @@ float LevelNeed::needFor(const double* errors, double tolerance) const
     double finer = 0.0;
     for (std::size_t k = _levelCount; k-- > 0;) {
         const double error = std::max(errors[k], kErrorRatio * finer);
-        need += _conservative ? progress(tolerance, kErrorRatio * error, error) : progress(tolerance, error, finer);
+        const double part =
+            _conservative ? progress(tolerance, kErrorRatio * error, error) : progress(tolerance, error, finer);
+        need += part;
+        if (part >= 1.0) { // as of all coarser levels
+            need += static_cast<double>(k);
+            break;
+        }
         finer = error;
     }
     return std::min(static_cast<float>(need), _most);
@@ -135,7 +145,7 @@ float LevelNeed::ofPatch(const BoundSphere& sphere, const float* errors) const
     const float* isotropic = errors + 6 * _levelCount;
     const double perDepth = _slope * sight.leastCosine;
     for (std::size_t k = 0; k < _levelCount; ++k) { seen[k] += isotropic[k] * perDepth; }
-    return needFor(seen.data(), perDepth * sight.leastCosine * sight.nearest);
+    return needFor(seen.data(), perDepth * sight.leastDepth);
 }
 
 float LevelNeed::atBorder(const osg::Vec3f& middle, const float* errors) const
@@ -156,8 +166,8 @@ LevelNeed::Range LevelNeed::ofPatches(const BoundSphere& sphere, const float* bo
     double highTolerance = _slope * (_view.orthographic ? 1.0 : sight.distance + sphere.radius);
     double loss = 0.0;
     if (_conservative && !_view.orthographic) {
-        lowTolerance *= sight.leastCosine * sight.leastCosine;
-        highTolerance *= sight.largestCosine * sight.largestCosine;
+        lowTolerance = _slope * sight.leastCosine * sight.leastDepth;
+        highTolerance *= sight.largestCosine;
         loss = _slope * sight.largestCosine;
     }
     LevelArray low;
@@ -166,7 +176,8 @@ LevelNeed::Range LevelNeed::ofPatches(const BoundSphere& sphere, const float* bo
         low[k] = least[k] * (1.0 - kRounding);
         high[k] = largest[k] * (1.0 + loss) * (1.0 + kRounding);
     }
-    return {needFor(low.data(), highTolerance * (1.0 + kRounding)), needFor(high.data(), lowTolerance * (1.0 - kRounding))};
+    return {needFor(low.data(), highTolerance * (1.0 + kRounding)),
+            needFor(high.data(), lowTolerance * (1.0 - kRounding))};
 }
 
 bool LevelNeed::isSaturated(float need, unsigned finest) const

@@ -32,7 +32,8 @@ public:
     enum BoundRow { kLeastSeen, kLeastIsotropic, kLargestIsotropic, kBoundRows };
 
     /// Needs are at most finestAllowed + 1.
-    LevelNeed(const SelectionView& view, const SelectionOptions& options, std::size_t levelCount, unsigned finestAllowed);
+    LevelNeed(const SelectionView& view, const SelectionOptions& options, std::size_t levelCount,
+              unsigned finestAllowed);
 
     /// Is the patch's bounding sphere to be asked for (Conservative), or the middle of each border?
     bool isPerPatch() const { return _conservative; }

@@ -38,12 +38,15 @@ std::vector<BoundSphere> boundSpheres(const LodAsset& asset)
 }
 
 /// The records in the order of the levels they are drawn with, `counts` of each, otherwise in the order they have.
-std::vector<PatchRecord> groupedByLevel(const std::vector<PatchRecord>& records, const std::vector<std::uint64_t>& counts)
+std::vector<PatchRecord> groupedByLevel(const std::vector<PatchRecord>& records,
+                                        const std::vector<std::uint64_t>& counts)
 {
     std::vector<std::uint64_t> next(counts.size(), 0);
     std::partial_sum(counts.begin(), counts.end() - 1, next.begin() + 1);
     std::vector<PatchRecord> grouped(records.size());
-    for (const PatchRecord& record : records) { grouped[next[MorphedSurface::drawnLevel(record.edgeLevels)]++] = record; }
+    for (const PatchRecord& record : records) {
+        grouped[next[MorphedSurface::drawnLevel(record.edgeLevels)]++] = record;
+    }
     return grouped;
 }
 
@@ -213,8 +216,8 @@ private:
                 planes.erase(planes.begin() + static_cast<std::ptrdiff_t>(k));
             }
         }
-        const LevelNeed::Range range =
-            _need.ofPatches(node.sphere, &_selector._nodeBounds[number * LevelNeed::kBoundRows * _selector._ladder.size()]);
+        const LevelNeed::Range range = _need.ofPatches(
+            node.sphere, &_selector._nodeBounds[number * LevelNeed::kBoundRows * _selector._ladder.size()]);
         const bool uniform = range.least == range.largest;
         if (node.right != 0 && !(uniform && planes.empty())) {
             visit(number + 1, planes);

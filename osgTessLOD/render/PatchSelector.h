@@ -36,7 +36,7 @@ public:
     explicit PatchSelector(const LodAsset& asset);
 
     struct Result {
-        std::vector<PatchRecord> records; ///< grouped by level, coarse first; within a group neighbours are near each other
+        std::vector<PatchRecord> records; ///< grouped by level, coarse first; neighbours near each other
         SelectionStatistics statistics;
     };
     /// `frustum`: planes in the drawable's local space, inside positive, any length; a patch whose bounding sphere lies
@@ -63,8 +63,8 @@ private:
 
     /// A patch, at its position in the tree's order. Its side s has the number 3 · position + s among all sides.
     struct Patch {
-        std::uint32_t number;                    ///< in the asset
-        std::array<std::uint32_t, 3> twins;      ///< the sides on the other side of its borders; its own at open ones
+        std::uint32_t number;               ///< in the asset
+        std::array<std::uint32_t, 3> twins; ///< the sides on the other side of its borders; its own at open ones
         std::array<osg::Vec3f, 3> borderMiddles;
         std::array<std::uint8_t, 3> borderFinest;
         BoundSphere sphere;
@@ -88,8 +88,8 @@ private:
     std::vector<std::uint16_t> _ladder;
     PatchTree _tree;
     std::vector<Patch> _patches;
-    std::vector<float> _errors;     ///< per patch LevelNeed::kErrorRows rows
-    std::vector<float> _nodeBounds; ///< per node LevelNeed::kBoundRows rows
+    std::vector<float> _errors;            ///< per patch LevelNeed::kErrorRows rows
+    std::vector<float> _nodeBounds;        ///< per node LevelNeed::kBoundRows rows
     std::vector<std::uint32_t> _edgeSides; ///< one side of each edge; kNoPatch if no patch has it
 };
 

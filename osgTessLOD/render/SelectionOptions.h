@@ -19,7 +19,7 @@ struct SelectionOptions {
     /// What holds of what is drawn.
     enum class Bound {
         Conservative, ///< no point on screen of a patch that is not saturated is further than errorPixels from where it belongs
-        FirstOrder    ///< as Lambert §2.4: direction and distance at the middle of each border stand for all of it
+        FirstOrder ///< as Lambert §2.4: direction and distance at the middle of each border stand for all of it
     };
 
     double errorPixels = 1.0; ///< largest error asked for, in pixels of the viewport (> 0)

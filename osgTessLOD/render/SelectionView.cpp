@@ -76,13 +76,15 @@ SelectionView perspectiveView(const osg::Matrixd& localToClip, double width, dou
 
 } // namespace
 
-SelectionView makeSelectionView(const osg::Matrixd& localToEye, const osg::Matrixd& projection, double width, double height)
+SelectionView makeSelectionView(const osg::Matrixd& localToEye, const osg::Matrixd& projection, double width,
+                                double height)
 {
     const osg::Matrixd localToClip = localToEye * projection;
     const bool orthographic = gradient(localToClip, 3).length() == 0.0;
-    const SelectionView view = orthographic ? orthographicView(gradient(localToClip, 0) * (0.5 * width),
-                                                               gradient(localToClip, 1) * (0.5 * height), localToClip(3, 3))
-                                            : perspectiveView(localToClip, width, height);
+    const SelectionView view = orthographic
+                                   ? orthographicView(gradient(localToClip, 0) * (0.5 * width),
+                                                      gradient(localToClip, 1) * (0.5 * height), localToClip(3, 3))
+                                   : perspectiveView(localToClip, width, height);
     if (width > 0.0 && height > 0.0 && isUsable(view)) { return view; }
     SelectionView nothing;
     nothing.orthographic = orthographic;

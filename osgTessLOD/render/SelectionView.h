@@ -14,18 +14,19 @@ namespace osgTessLOD {
 /// depth w (distance along the axis), that is pixelScale · |v × d| / (cos φ · w) pixels. Orthographic: pixelScale · |v × axis|.
 /// Both are exact for some v, and hold for projections and model transforms of any kind: see makeSelectionView.
 struct SelectionView {
-    osg::Vec3d eye;                    ///< centre of projection, local space; means nothing where orthographic
-    double pixelScale = 0.0;           ///< pixels per (object unit / distance); orthographic: per object unit
+    osg::Vec3d eye;          ///< centre of projection, local space; means nothing where orthographic
+    double pixelScale = 0.0; ///< pixels per (object unit / distance); orthographic: per object unit
     bool orthographic = false;
-    osg::Vec3d axis{0.0, 0.0, -1.0};   ///< unit, local space, along which depth grows; orthographic: along which one looks
-    double leastCosine = 1.0;          ///< of the angle between the axis and any direction in view: that of a corner, > 0
+    osg::Vec3d axis{0.0, 0.0,
+                    -1.0};    ///< unit, local space, along which depth grows; orthographic: along which one looks
+    double leastCosine = 1.0; ///< of the angle between the axis and any direction in view: that of a corner, > 0
 };
 
 /// The view through `localToEye` and `projection` (as OSG has them: row vectors) into a viewport of so many pixels. Nothing
 /// is assumed of either: clip coordinates x, y and w are linear in local space, and that is all that is used, so reversed,
 /// infinite, off-centre, turned and mirrored projections and non-uniform scales are as good as others. Views that show
 /// nothing (no pixels, singular or not finite) have pixelScale 0.
-OSGTESSLOD_EXPORT SelectionView makeSelectionView(const osg::Matrixd& localToEye, const osg::Matrixd& projection, double width,
-                                                  double height);
+OSGTESSLOD_EXPORT SelectionView makeSelectionView(const osg::Matrixd& localToEye, const osg::Matrixd& projection,
+                                                  double width, double height);
 
 } // namespace osgTessLOD

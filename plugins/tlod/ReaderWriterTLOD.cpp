@@ -117,7 +117,8 @@ public:
         supportsExtension("tlod", "osgTessLOD level-of-detail surface");
         supportsOption(std::string(kErrorPixels) + "=<number>", "Largest error on screen, in pixels; 1 if not given");
         supportsOption(std::string(kMaxFactor) + "=<number>", "Levels of larger tessellation factors are not used");
-        supportsOption(std::string(kMetric) + "=view|isotropic", "Errors as seen, which is the default, or at their largest");
+        supportsOption(std::string(kMetric) + "=view|isotropic",
+                       "Errors as seen, which is the default, or at their largest");
         supportsOption(std::string(kBound) + "=conservative|first-order",
                        "Keep the error everywhere on screen, which is the default, or about at the middles of borders");
         supportsOption(kNoTextures, "Leave the normal textures out");

@@ -12,6 +12,7 @@
 
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <string>
 #include <utility>
@@ -131,6 +132,45 @@ TEST_F(BenchCommand, LadderComparesTrianglesAtEqualErrors)
     }
     EXPECT_GT(report["summary"]["dense_over_powers_bytes"], 1.0) << "one more level";
     EXPECT_GT(report["summary"]["dense_over_powers_triangles"], 0.0);
+}
+
+TEST_F(BenchCommand, BoundIsKeptByConservativeAndNotByFirstOrder)
+{
+    const Json report = this->report("bound --views 24 --scene asteroid");
+    ASSERT_EQ(report["rows"].size(), 3U);
+    double largest = 0.0;
+    for (const Json& row : report["rows"]) {
+        for (const char* bound : {"conservative", "firstOrder"}) {
+            EXPECT_GT(row[bound]["patches"], 10U) << row;
+            EXPECT_LT(row[bound]["tightness"], row[bound]["maxRatio"]) << row;
+        }
+        largest = std::max(largest, row["conservative"]["maxRatio"].get<double>());
+    }
+    EXPECT_DOUBLE_EQ(report["summary"]["conservative_max_ratio"], largest);
+    EXPECT_LE(largest, 1.0 + 1e-5);
+    EXPECT_GT(report["summary"]["first_order_max_ratio"], 1.0);
+}
+
+TEST_F(BenchCommand, ViewAndSelectTakeBakedScenes)
+{
+    ASSERT_EQ(
+        run("bake --technique uniform --runs 1 --limit 1 --scene '" + torus() + "' --keep '" + _folder.file("") + "'")
+            .status,
+        0);
+    const std::string scene = " --scene '" + _folder.file("torus.tlod") + "'";
+    const Json view = this->report("view" + scene);
+    ASSERT_EQ(view["rows"].size(), 4U);
+    for (const Json& row : view["rows"]) {
+        for (const char* bound : {"conservative", "firstOrder"}) {
+            EXPECT_LE(row[bound]["view"], row[bound]["isotropic"]) << row;
+            EXPECT_GT(row[bound]["view"], 0U) << row;
+        }
+    }
+    EXPECT_LE(view["summary"]["view_over_isotropic"]["torus"], 1.0);
+    const Json select = this->report("select --runs 1" + scene);
+    ASSERT_EQ(select["rows"].size(), 12U);
+    EXPECT_EQ(select["summary"]["ns_per_patch"], select["rows"][0]["nanosecondsPerPatch"]);
+    for (const Json& row : select["rows"]) { EXPECT_EQ(row["drawn"] == 0U, row["from"] == "off screen") << row; }
 }
 
 TEST_F(BenchCommand, NamesWhatItCannotMeasure)

@@ -214,7 +214,8 @@ TEST(ReaderWriterTLOD, TakesOptions)
     EXPECT_EQ(plain->getOptions().bound, SelectionOptions::Bound::Conservative);
     EXPECT_GT(plain->getAsset()->normals.resolution, 0U);
 
-    const osg::ref_ptr<TessLODDrawable> set = readWith("errorPixels=2.5 maxFactor=8 metric=isotropic bound=first-order noTextures");
+    const osg::ref_ptr<TessLODDrawable> set =
+        readWith("errorPixels=2.5 maxFactor=8 metric=isotropic bound=first-order noTextures");
     ASSERT_TRUE(set);
     EXPECT_EQ(set->getOptions().errorPixels, 2.5);
     EXPECT_EQ(set->getOptions().maxFactor, 8U);
@@ -228,9 +229,8 @@ TEST(ReaderWriterTLOD, RefusesMalformedOptions)
 {
     const TemporaryDirectory folder;
     writeTlod(folder.file("x.tlod"), makeSyntheticAsset());
-    for (const char* option :
-         {"errorPixels=fine", "errorPixels=0", "errorPixels=-1", "errorPixels=nan", "maxFactor=8x", "metric=best",
-          "bound=firstorder"}) {
+    for (const char* option : {"errorPixels=fine", "errorPixels=0", "errorPixels=-1", "errorPixels=nan", "maxFactor=8x",
+                               "metric=best", "bound=firstorder"}) {
         const ReadResult result = read(folder.file("x.tlod"), option);
         EXPECT_EQ(result.status(), ReadResult::ERROR_IN_READING_FILE) << option;
         EXPECT_NE(result.message().find(option), std::string::npos) << result.message();

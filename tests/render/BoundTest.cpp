@@ -2,7 +2,6 @@
 // What selection promises of what is drawn, measured on baked surfaces: by the CPU twin of the shaders against the charts.
 #include <osgTessLOD/bake/AssetAssembler.h>
 #include <osgTessLOD/render/PatchSelector.h>
-
 #include <support/ScreenDeviation.h>
 
 #include <gtest/gtest.h>
@@ -35,15 +34,6 @@ BakedSurface bakeSurface(const std::string& name, unsigned maxFactor)
     return baked;
 }
 
-bool hasSaturatedBorder(const BakedSurface& baked, const PatchRecord& record, const SelectionView& view,
-                        const SelectionOptions& options)
-{
-    for (const std::uint32_t edge : baked.asset.patches[record.patch].edges) {
-        if (baked.selector->edgeLevel(edge, view, options).saturated) { return true; }
-    }
-    return false;
-}
-
 /// The largest deviation in terms of the one asked for, over views and patches, and how many patches that was of.
 struct Worst {
     double ratio = 0.0;
@@ -55,7 +45,7 @@ struct Worst {
     {
         const SelectionView view = camera.view();
         for (const PatchRecord& record : baked.selector->select(view, options, camera.sides()).records) {
-            if (hasSaturatedBorder(baked, record, view, options)) { continue; }
+            if (hasSaturatedBorder(baked.asset, *baked.selector, record.patch, view, options)) { continue; }
             ratio = std::max(ratio, baked.deviation->pixels(record, camera) / options.errorPixels);
             ++patches;
             refined += MorphedSurface::drawnLevel(record.edgeLevels) > 0 ? 1 : 0;
@@ -91,7 +81,9 @@ TEST_P(Bound, HoldsNearWhereThePatchesAreSeenFromTheirBestSide)
     // A patch that fills the view, seen from where the middle of it shows the least error: at its ends it shows more.
     const BakedSurface baked = bakeSurface(GetParam(), 8);
     std::mt19937 random(3);
-    const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+    const auto uniform = [&](double from, double to) {
+        return std::uniform_real_distribution<double>(from, to)(random);
+    };
     Worst worst;
     for (std::size_t p = 0; p < baked.asset.patches.size(); ++p) {
         const LodPatch& patch = baked.asset.patches[p];

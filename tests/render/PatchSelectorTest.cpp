@@ -388,7 +388,8 @@ const LodAsset& unevenSheet()
         std::normal_distribution<float> normal;
         for (std::size_t level = 0; level < made.levels.size(); ++level) {
             for (LevelError& error : made.levels[level].errors) {
-                const float size = 0.05F * std::exp2(-2.0F * static_cast<float>(level)) * std::exp(0.3F * normal(random));
+                const float size =
+                    0.05F * std::exp2(-2.0F * static_cast<float>(level)) * std::exp(0.3F * normal(random));
                 const float x = 0.3F * size * normal(random);
                 const float z = size;
                 const float small = 0.01F * size * size; // |v × d|² plus some: Q = |v|² I − v vᵀ
@@ -409,20 +410,25 @@ struct SheetView {
 
 SheetView randomSheetView(std::mt19937& random)
 {
-    const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+    const auto uniform = [&](double from, double to) {
+        return std::uniform_real_distribution<double>(from, to)(random);
+    };
     const osg::Vec3d target(uniform(-5.0, 15.0), uniform(-5.0, 15.0), 0.0);
     osg::Vec3d direction(uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(-0.2, 1.0));
     direction.normalize();
     const double distance = std::pow(10.0, uniform(-1.0, 4.5));
     const osg::Matrixd look = osg::Matrixd::lookAt(target + direction * distance, target, osg::Vec3d(0.3, 0.2, 0.1));
     osg::Matrixd projection = osg::Matrixd::perspective(uniform(3.0, 140.0), 1.5, 0.01, 1e6);
-    if (uniform(0.0, 1.0) < 0.2) { projection = osg::Matrixd::ortho(-distance, distance, -distance, distance, 0.01, 1e6); }
+    if (uniform(0.0, 1.0) < 0.2) {
+        projection = osg::Matrixd::ortho(-distance, distance, -distance, distance, 0.01, 1e6);
+    }
     const osg::Matrixd clip = look * projection;
     const auto side = [&](int axis, double sign) {
         return osg::Plane(clip(0, 3) + sign * clip(0, axis), clip(1, 3) + sign * clip(1, axis),
                           clip(2, 3) + sign * clip(2, axis), clip(3, 3) + sign * clip(3, axis));
     };
-    return {makeSelectionView(look, projection, 900.0, 600.0), {side(0, 1.0), side(0, -1.0), side(1, 1.0), side(1, -1.0)}};
+    return {makeSelectionView(look, projection, 900.0, 600.0),
+            {side(0, 1.0), side(0, -1.0), side(1, 1.0), side(1, -1.0)}};
 }
 
 bool isInView(const LodPatch& patch, const std::vector<osg::Plane>& frustum)

@@ -27,7 +27,8 @@ struct Named {
 
 std::vector<Named> cameras()
 {
-    const osg::Matrixd look = osg::Matrixd::lookAt(osg::Vec3d(3.0, -2.0, 1.0), osg::Vec3d(0.2, 0.1, 0.0), osg::Vec3d(0.1, 0.3, 1.0));
+    const osg::Matrixd look =
+        osg::Matrixd::lookAt(osg::Vec3d(3.0, -2.0, 1.0), osg::Vec3d(0.2, 0.1, 0.0), osg::Vec3d(0.1, 0.3, 1.0));
     const osg::Matrixd wide = osg::Matrixd::perspective(110.0, 1.5, 0.1, 100.0);
     osg::Matrixd reversed = wide; // depth runs the other way and never ends
     reversed(2, 2) = 0.0;
@@ -60,7 +61,9 @@ osg::Vec2d pixelOf(const osg::Vec4d& clip)
 TEST(SelectionView, boundsWhatIsSeenOfADisplacementAndNoMoreThanNeeded)
 {
     std::mt19937 random(4);
-    const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+    const auto uniform = [&](double from, double to) {
+        return std::uniform_real_distribution<double>(from, to)(random);
+    };
     for (const Named& camera : cameras()) {
         const SelectionView view = makeSelectionView(camera.localToEye, camera.projection, kWidth, kHeight);
         ASSERT_GT(view.pixelScale, 0.0) << camera.name;
@@ -68,7 +71,8 @@ TEST(SelectionView, boundsWhatIsSeenOfADisplacementAndNoMoreThanNeeded)
         double largest = 0.0;
         double leastCosine = 1.0;
         for (int k = 0; k < 20000; ++k) {
-            const osg::Vec4d at = osg::Vec4d(uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(0.1, 0.9), 1.0) * clipToLocal;
+            const osg::Vec4d at =
+                osg::Vec4d(uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(0.1, 0.9), 1.0) * clipToLocal;
             const osg::Vec3d p = osg::Vec3d(at.x(), at.y(), at.z()) / at.w();
             const double depth = (p - view.eye) * view.axis;
             const osg::Vec3d direction = view.orthographic ? view.axis : (p - view.eye) / (p - view.eye).length();

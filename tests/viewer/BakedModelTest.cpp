@@ -62,7 +62,7 @@ double largestDistance(const DrawnSurface& a, const DrawnSurface& b)
 
 struct Frame {
     osg::Vec3d eye;
-    double turn = 0.0; ///< of the camera since the last frame, radians
+    double turn = 0.0;                ///< of the camera since the last frame, radians
     std::vector<PatchRecord> records; ///< in patch order
     std::optional<DrawnSurface> drawn;
     std::optional<DrawnSurface> rounded; ///< the same with every border's level rounded up
@@ -201,7 +201,8 @@ TEST(BakedModel, MovesNoVertexFurtherThanTheCameraAsks)
     // LevelNeed goes from a level to the next while the tolerance falls to 1 / 1.1: the level as a function of its
     // logarithm has a slope of at most 1.1 / 0.1.
     constexpr double kLargestSlope = 11.0;
-    const double tangentOfCorner = std::hypot(1.0, 4.0 / 3.0) * std::tan(osg::DegreesToRadians(15.0)); // of OSG's default
+    const double tangentOfCorner =
+        std::hypot(1.0, 4.0 / 3.0) * std::tan(osg::DegreesToRadians(15.0)); // of OSG's default
 
     const auto asset = std::make_shared<const LodAsset>(bakeBuiltin("asteroid", 16));
     const std::vector<std::vector<double>> steps = largestSteps(*asset);
@@ -238,7 +239,8 @@ TEST(BakedModel, MovesNoVertexFurtherThanTheCameraAsks)
         ASSERT_EQ(frame.records.size(), asset->patches.size()) << "frame " << k;
         if (k > 0) {
             const osg::Vec3d center(bound.center());
-            frame.turn = (frame.eye - last.eye).length() / std::min((frame.eye - center).length(), (last.eye - center).length());
+            frame.turn =
+                (frame.eye - last.eye).length() / std::min((frame.eye - center).length(), (last.eye - center).length());
             double allowedChange = 0.0;
             for (const LodPatch& patch : asset->patches) {
                 allowedChange =

@@ -140,14 +140,15 @@ TEST_F(Viewer, SelectsByTheMetricAndBoundAskedFor)
 {
     const auto triangles = [&](const std::string& options) {
         const std::string stats = folder.file("s.json");
-        const Outcome outcome = run("--headless --size 400x400 --error-pixels 4 --frames 1 " + options + " --stats " + stats +
-                                    " " + model());
+        const Outcome outcome = run("--headless --size 400x400 --error-pixels 4 --frames 1 " + options + " --stats " +
+                                    stats + " " + model());
         EXPECT_EQ(outcome.status, 0) << outcome.output;
         return readJson(stats)["triangles"].get<unsigned>();
     };
     EXPECT_EQ(triangles("--metric view --bound conservative"), triangles("")) << "the defaults";
     EXPECT_LT(triangles("--bound first-order"), triangles("")) << "of which the bound costs something";
-    EXPECT_EQ(triangles("--bound first-order --metric isotropic"), triangles("-O \"bound=first-order metric=isotropic\""));
+    EXPECT_EQ(triangles("--bound first-order --metric isotropic"),
+              triangles("-O \"bound=first-order metric=isotropic\""));
 }
 
 TEST_F(Viewer, CapsTheFactor)

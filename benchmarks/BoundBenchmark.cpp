@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+#include "Benchmark.h"
+
+#include <osgTessLOD/bake/AssetAssembler.h>
+#include <support/ScreenDeviation.h>
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <exception>
+#include <utility>
+
+namespace osgTessLOD::benchmarks {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using SelectedBound = SelectionOptions::Bound;
+
+constexpr std::array<double, 3> kErrorPixels{0.5, 1.0, 4.0};
+/// Patches that are compared in a view and error at most, evenly spread over those selected: overlays take their time.
+constexpr std::size_t kPatchesPerView = 8;
+constexpr double kRounding = 1e-5; ///< of positions and parameters to single precision and to the chart's lattice
+
+/// Deviations in terms of those asked for, one per view, error and patch.
+struct Ratios {
+    std::vector<double> all;
+    std::vector<double> refined; ///< of patches above level 0
+
+    double largest() const { return all.empty() ? 0.0 : *std::max_element(all.begin(), all.end()); }
+    void append(const Ratios& other)
+    {
+        all.insert(all.end(), other.all.begin(), other.all.end());
+        refined.insert(refined.end(), other.refined.begin(), other.refined.end());
+    }
+};
+
+/// A scene with all that its deviations are measured by.
+struct MeasuredScene {
+    bake::PatchedSurface surface;
+    LodAsset asset;
+    PatchSelector selector;
+    ScreenDeviation deviation;
+
+    explicit MeasuredScene(const Scene& scene)
+        : surface(levelsOf(scene))
+        , asset(assetOf(surface))
+        , selector(asset)
+        , deviation(surface, asset)
+    {
+    }
+
+    Ratios ratiosIn(const ScreenCamera& camera, const SelectionOptions& options) const
+    {
+        const SelectionView view = camera.view();
+        std::vector<PatchRecord> records = selector.select(view, options, camera.sides()).records;
+        records.erase(std::remove_if(records.begin(), records.end(),
+                                     [&](const PatchRecord& record) {
+                                         return hasSaturatedBorder(asset, selector, record.patch, view, options);
+                                     }),
+                      records.end());
+        Ratios ratios;
+        const std::size_t count = std::min(records.size(), kPatchesPerView);
+        for (std::size_t k = 0; k < count; ++k) {
+            const PatchRecord& record = records[k * records.size() / count];
+            ratios.all.push_back(deviation.pixels(record, camera) / options.errorPixels);
+            if (MorphedSurface::drawnLevel(record.edgeLevels) > 0) { ratios.refined.push_back(ratios.all.back()); }
+        }
+        return ratios;
+    }
+
+private:
+    static bake::PatchedSurface levelsOf(const Scene& scene)
+    {
+        bake::Progress progress;
+        bake::BakeReport report;
+        return bake::makeLevels(scene.source, bake::BakeOptions(), progress, report);
+    }
+    static LodAsset assetOf(const bake::PatchedSurface& surface)
+    {
+        bake::Progress progress;
+        return bake::assembleAsset(*surface.map, surface.charts, surface.hierarchy, progress);
+    }
+};
+
+std::vector<ScreenCamera> camerasAbout(const LodAsset& asset, unsigned views)
+{
+    RandomCameras random(asset, 2017);
+    std::vector<ScreenCamera> cameras;
+    while (cameras.size() < views) { cameras.push_back(random.next()); }
+    return cameras;
+}
+
+Ratios measure(const MeasuredScene& scene, const std::vector<ScreenCamera>& cameras, SelectionOptions options)
+{
+    std::vector<Ratios> byView(cameras.size());
+    tbb::parallel_for(std::size_t{0}, cameras.size(),
+                      [&](std::size_t k) { byView[k] = scene.ratiosIn(cameras[k], options); });
+    Ratios ratios;
+    for (const Ratios& view : byView) { ratios.append(view); }
+    return ratios;
+}
+
+Json summarize(const Ratios& ratios)
+{
+    return {{"patches", ratios.all.size()}, {"maxRatio", ratios.largest()}, {"tightness", mean(ratios.refined)}};
+}
+
+std::vector<std::string> tableRow(const Json& row)
+{
+    std::vector<std::string> cells{row["scene"].get<std::string>(),
+                                   fmt::format("{}", row["errorPixels"].get<double>())};
+    for (const char* bound : {"conservative", "firstOrder"}) {
+        cells.push_back(grouped(row[bound]["patches"].get<std::uint64_t>()));
+        cells.push_back(fmt::format("{:.4f}", row[bound]["maxRatio"].get<double>()));
+        cells.push_back(fmt::format("{:.3f}", row[bound]["tightness"].get<double>()));
+    }
+    return cells;
+}
+
+} // namespace
+
+BenchmarkResult benchmarkBound(const std::vector<Scene>& scenes, unsigned views)
+{
+    BenchmarkResult result;
+    result.tables.emplace_back().headers = {"scene",     "error px", "patches",         "conservative max",
+                                            "tightness", "patches",  "first order max", "tightness"};
+    Ratios conservative;
+    Ratios firstOrder;
+    for (const Scene& scene : scenes) {
+        fmt::print(stderr, "{}: bound\n", scene.name);
+        try {
+            const MeasuredScene measured(scene);
+            const std::vector<ScreenCamera> cameras = camerasAbout(measured.asset, views);
+            for (const double errorPixels : kErrorPixels) {
+                SelectionOptions options;
+                options.errorPixels = errorPixels;
+                const Ratios kept = measure(measured, cameras, options);
+                options.bound = SelectedBound::FirstOrder;
+                const Ratios approximate = measure(measured, cameras, options);
+                conservative.append(kept);
+                firstOrder.append(approximate);
+                result.rows.push_back({{"scene", scene.name},
+                                       {"errorPixels", errorPixels},
+                                       {"conservative", summarize(kept)},
+                                       {"firstOrder", summarize(approximate)}});
+                result.tables.front().rows.push_back(tableRow(result.rows.back()));
+                if (kept.largest() > 1.0 + kRounding) {
+                    result.failures.push_back(
+                        fmt::format("{}: {} times the {} pixels asked for", scene.name, kept.largest(), errorPixels));
+                }
+            }
+        } catch (const std::exception& error) {
+            result.failures.push_back(scene.name + ": " + error.what());
+        }
+    }
+    result.summary = {{"conservative_max_ratio", conservative.largest()},
+                      {"conservative_tightness", mean(conservative.refined)},
+                      {"first_order_max_ratio", firstOrder.largest()},
+                      {"first_order_tightness", mean(firstOrder.refined)},
+                      {"views", views}};
+    return result;
+}
+
+} // namespace osgTessLOD::benchmarks
