@@ -81,7 +81,7 @@ private:
     static LodAsset assetOf(const bake::PatchedSurface& surface)
     {
         bake::Progress progress;
-        return bake::assembleAsset(*surface.map, surface.charts, surface.hierarchy, progress);
+        return bake::assembleAsset(*surface.map, surface.charts, surface.hierarchy, bake::BakeOptions().tolerance, progress);
     }
 };
 
