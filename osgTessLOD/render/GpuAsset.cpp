@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/render/GpuAsset.h>
 
-#include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/DrawContext.h>
 #include <osgTessLOD/render/GlConstants.h>
 #include <osgTessLOD/render/ShaderSource.h>
@@ -96,18 +95,6 @@ osg::ref_ptr<osg::Uniform> levelUniform(const char* name, const std::vector<Numb
         uniform->setElement(k, k < numbers.size() ? static_cast<int>(numbers[k]) : otherwise);
     }
     return uniform;
-}
-
-/// The finest level that makes no more than kProxyTriangles triangles.
-unsigned proxyLevel(const PatchSelector& selector, std::size_t levelCount)
-{
-    unsigned best = 0;
-    for (unsigned level = 1; level < levelCount; ++level) {
-        if (selector.statisticsOf(selector.uniformRecords(level)).triangles <= GpuAsset::kProxyTriangles) {
-            best = level;
-        }
-    }
-    return best;
 }
 
 } // namespace
@@ -223,24 +210,16 @@ bool GpuAsset::canDraw(osg::State& state) const
     return true;
 }
 
-const GpuAsset::Proxy& GpuAsset::proxy() const
+osg::ref_ptr<SurfaceProxy> GpuAsset::proxy(const PickingOptions& options) const
 {
-    std::call_once(_proxyOnce, [this] {
-        for (const PatchRecord& record : _selector.uniformRecords(proxyLevel(_selector, _asset->levels.size()))) {
-            const unsigned factor = _asset->ladder[MorphedSurface::drawnLevel(record.edgeLevels)];
-            const auto first = static_cast<unsigned>(_proxy.vertices.size());
-            for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
-                const MorphedSurface::Vec3 p =
-                    _surface.tessLodSurfacePoint(record.patch, record.edgeLevels, v).position;
-                _proxy.vertices.emplace_back(p[0], p[1], p[2]);
-            }
-            const TessellationPattern pattern(factor);
-            for (const TessellationPattern::Triangle& t : pattern.triangles()) {
-                for (std::uint32_t v : t) { _proxy.indices.push_back(first + v); }
-            }
-        }
-    });
-    return _proxy;
+    const unsigned level = SurfaceProxy::levelFor(_selector, _asset->levels.size(), options);
+    const std::lock_guard<std::mutex> lock(_proxyMutex);
+    osg::ref_ptr<SurfaceProxy> proxy;
+    if (!_proxies[level].lock(proxy)) {
+        proxy = new SurfaceProxy(*_asset, _selector, _surface, level);
+        _proxies[level] = proxy;
+    }
+    return proxy;
 }
 
 void GpuAsset::compileGLObjects(osg::State& state) const

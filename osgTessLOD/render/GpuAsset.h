@@ -5,15 +5,17 @@
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/render/MorphedSurface.h>
 #include <osgTessLOD/render/PatchSelector.h>
+#include <osgTessLOD/render/SurfaceProxy.h>
 
 #include <osg/Array>
 #include <osg/BoundingBox>
 #include <osg/Referenced>
 #include <osg/StateSet>
 #include <osg/TextureBuffer>
-#include <osg/Vec3f>
+#include <osg/observer_ptr>
 
 #include <atomic>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -46,14 +48,8 @@ public:
     /// True if the context of `state`, which must be current, can draw the asset. Says why not, once per asset.
     bool canDraw(osg::State& state) const;
 
-    /// The surface at one level, of at most `kProxyTriangles` triangles where a level has so few, for everything that
-    /// wants triangles on the CPU (intersections, bounding volumes). Made when first asked for; any thread.
-    struct Proxy {
-        std::vector<osg::Vec3f> vertices;
-        std::vector<unsigned> indices; ///< three per triangle
-    };
-    static constexpr std::uint64_t kProxyTriangles = 100'000;
-    const Proxy& proxy() const;
+    /// The surface at one level as triangles. Made when first asked for, kept as long as somebody holds it; any thread.
+    osg::ref_ptr<SurfaceProxy> proxy(const PickingOptions& options) const;
 
     void compileGLObjects(osg::State& state) const;
     void releaseGLObjects(osg::State* state) const;
@@ -84,8 +80,8 @@ private:
     osg::ref_ptr<osg::StateSet> _drawState;
     osg::ref_ptr<osg::StateSet> _captureState;
     mutable std::atomic<bool> _warned{false};
-    mutable std::once_flag _proxyOnce;
-    mutable Proxy _proxy;
+    mutable std::mutex _proxyMutex;
+    mutable std::map<unsigned, osg::observer_ptr<SurfaceProxy>> _proxies; ///< by level
 };
 
 } // namespace osgTessLOD

@@ -6,6 +6,7 @@
 #include <osgTessLOD/render/PatchSelection.h>
 
 #include <osg/State>
+#include <osgUtil/IntersectionVisitor>
 
 namespace osgTessLOD {
 
@@ -21,6 +22,20 @@ void ensureCullCallback(osg::Drawable& drawable)
     const osg::ref_ptr<PatchCullCallback> callback = new PatchCullCallback;
     callback->setNestedCallback(others.get());
     drawable.setCullCallback(callback.get());
+}
+
+/// Does what is looked for meet the drawable's bounding sphere? enter() is protected; a pointer to it is not.
+class IntersectionAccess : public osgUtil::IntersectionVisitor {
+public:
+    static bool enters(osgUtil::IntersectionVisitor& visitor, const osg::Node& node)
+    {
+        return (visitor.*(&IntersectionAccess::enter))(node);
+    }
+};
+
+bool comesNear(osgUtil::IntersectionVisitor* visitor, const osg::Drawable& drawable)
+{
+    return visitor != nullptr && !visitor->getDoDummyTraversal() && IntersectionAccess::enters(*visitor, drawable);
 }
 
 } // namespace
@@ -44,7 +59,9 @@ TessLODDrawable::TessLODDrawable(const TessLODDrawable& other, const osg::CopyOp
     , _gpuAsset(other._gpuAsset)
     , _observer(other._observer)
     , _options(other._options)
+    , _pickingOptions(other._pickingOptions)
 {
+    dropPickingSurface(); // a tree of one's own is made when needed, of the same surface
     ensureCullCallback(*this);
     dirtyBound();
     getBoundingBox();
@@ -56,6 +73,7 @@ void TessLODDrawable::setAsset(std::shared_ptr<const LodAsset> asset)
 {
     _asset = std::move(asset);
     _gpuAsset = _asset != nullptr ? new GpuAsset(_asset) : nullptr;
+    dropPickingSurface();
     dirtyBound();
     getBoundingBox(); // now: cull traversals, possibly several at once, must find it computed
 }
@@ -96,12 +114,60 @@ void TessLODDrawable::drawImplementation(osg::RenderInfo& renderInfo) const
     state.apply();
 }
 
+void TessLODDrawable::setPickingOptions(const PickingOptions& options)
+{
+    if (options == _pickingOptions) { return; }
+    _pickingOptions = options;
+    dropPickingSurface();
+}
+
+void TessLODDrawable::dropPickingSurface()
+{
+    const std::lock_guard<std::mutex> lock(_pickingMutex);
+    _pickingSurface = nullptr;
+    if (dynamic_cast<SurfaceTree*>(getShape()) != nullptr) { setShape(nullptr); }
+}
+
+osg::ref_ptr<SurfaceProxy> TessLODDrawable::getPickingSurface() const
+{
+    if (!_gpuAsset.valid()) { return nullptr; }
+    const std::lock_guard<std::mutex> lock(_pickingMutex);
+    if (!_pickingSurface) { _pickingSurface = _gpuAsset->proxy(_pickingOptions); }
+    return _pickingSurface;
+}
+
+void TessLODDrawable::accept(osg::NodeVisitor& visitor)
+{
+    if (visitor.getVisitorType() == osg::NodeVisitor::INTERSECTION_VISITOR && _gpuAsset.valid() &&
+        comesNear(dynamic_cast<osgUtil::IntersectionVisitor*>(&visitor), *this)) {
+        const osg::ref_ptr<SurfaceProxy> surface = getPickingSurface();
+        const std::lock_guard<std::mutex> lock(_pickingMutex);
+        if (getShape() == nullptr) { setShape(surface->tree()); }
+    }
+    osg::Drawable::accept(visitor);
+}
+
 void TessLODDrawable::accept(osg::PrimitiveFunctor& functor) const
 {
-    if (!_gpuAsset.valid()) { return; }
-    const GpuAsset::Proxy& proxy = _gpuAsset->proxy();
-    functor.setVertexArray(static_cast<unsigned>(proxy.vertices.size()), proxy.vertices.data());
-    functor.drawElements(GL_TRIANGLES, static_cast<GLsizei>(proxy.indices.size()), proxy.indices.data());
+    const osg::ref_ptr<SurfaceProxy> surface = getPickingSurface();
+    if (!surface || surface->vertices().empty()) { return; }
+    functor.setVertexArray(static_cast<unsigned>(surface->vertices().size()), &surface->vertices().front());
+    surface->triangles().accept(functor);
+}
+
+void TessLODDrawable::accept(osg::PrimitiveIndexFunctor& functor) const
+{
+    const osg::ref_ptr<SurfaceProxy> surface = getPickingSurface();
+    if (!surface || surface->vertices().empty()) { return; }
+    functor.setVertexArray(static_cast<unsigned>(surface->vertices().size()), &surface->vertices().front());
+    surface->triangles().accept(functor);
+}
+
+void TessLODDrawable::accept(ConstAttributeFunctor& functor) const
+{
+    const osg::ref_ptr<SurfaceProxy> surface = getPickingSurface();
+    if (!surface || surface->vertices().empty()) { return; }
+    functor.apply(VERTICES, static_cast<unsigned>(surface->vertices().size()), &surface->vertices().front());
 }
 
 void TessLODDrawable::compileGLObjects(osg::RenderInfo& renderInfo) const

@@ -3,10 +3,12 @@
 
 #include <osgTessLOD/Export.h>
 #include <osgTessLOD/render/SelectionOptions.h>
+#include <osgTessLOD/render/SurfaceProxy.h>
 
 #include <osg/Drawable>
 
 #include <memory>
+#include <mutex>
 
 namespace osgTessLOD {
 
@@ -26,12 +28,18 @@ public:
     TessLODDrawable(const TessLODDrawable& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
     META_Object(osgTessLOD, TessLODDrawable)
 
-        /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn.
-        void setAsset(std::shared_ptr<const LodAsset> asset);
+    /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn.
+    void setAsset(std::shared_ptr<const LodAsset> asset);
     const std::shared_ptr<const LodAsset>& getAsset() const { return _asset; }
 
     void setOptions(const SelectionOptions& options) { _options = options; }
     const SelectionOptions& getOptions() const { return _options; }
+
+    /// Which level stands for the surface in intersections and functors. Change between frames, as options.
+    void setPickingOptions(const PickingOptions& options);
+    const PickingOptions& getPickingOptions() const { return _pickingOptions; }
+    /// The surface at that level, made when first asked for and then kept; null without an asset. Any thread.
+    osg::ref_ptr<SurfaceProxy> getPickingSurface() const;
 
     /// Told of every selection made for this drawable; null: nobody. Called from cull traversals, so from any thread.
     void setSelectionObserver(SelectionObserver* observer);
@@ -42,8 +50,16 @@ public:
     osg::BoundingBox computeBoundingBox() const override;
     void drawImplementation(osg::RenderInfo& renderInfo) const override;
     using osg::Drawable::accept;
+    /// Gives intersection visitors that come near a KdTree of the picking surface first, as the drawable's Shape, unless it
+    /// has a Shape already.
+    void accept(osg::NodeVisitor& visitor) override;
+    /// The picking surface. Attributes are its vertices, which are not to be changed.
     void accept(osg::PrimitiveFunctor& functor) const override;
+    void accept(osg::PrimitiveIndexFunctor& functor) const override;
+    void accept(ConstAttributeFunctor& functor) const override;
     bool supports(const osg::PrimitiveFunctor&) const override { return true; }
+    bool supports(const osg::PrimitiveIndexFunctor&) const override { return true; }
+    bool supports(const ConstAttributeFunctor&) const override { return true; }
     void compileGLObjects(osg::RenderInfo& renderInfo) const override;
     void releaseGLObjects(osg::State* state = nullptr) const override;
     void resizeGLObjectBuffers(unsigned int maxSize) override;
@@ -52,10 +68,15 @@ protected:
     ~TessLODDrawable() override;
 
 private:
+    void dropPickingSurface();
+
     std::shared_ptr<const LodAsset> _asset;
     osg::ref_ptr<GpuAsset> _gpuAsset;
     osg::ref_ptr<SelectionObserver> _observer;
     SelectionOptions _options;
+    PickingOptions _pickingOptions;
+    mutable std::mutex _pickingMutex; ///< of what follows and of the Shape made of it
+    mutable osg::ref_ptr<SurfaceProxy> _pickingSurface;
 };
 
 } // namespace osgTessLOD
