@@ -5,7 +5,7 @@
 //
 // In: tessLodNormals           R32UI, octahedral 2 × 16 bit signed normalized; resolutions 1, 2, 4 … one after the
 //                              other, in each all patches' grids in order
-//     tessLodPatchCount        patches of the asset
+//     tessLodPatchCount        patches in the buffer
 //     tessLodNormalLevelCount  resolutions stored (≥ 1)
 
 #if defined(TESSLOD_NORMALS)

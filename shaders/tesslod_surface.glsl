@@ -8,6 +8,8 @@
 // each vertex α of the way from its parent on level k − 1 to its own place. What lies on a border follows the border's
 // level instead, and so depends on the border alone: both its patches give the same bits.
 //
+// Patches and vertices are numbered within the buffers (AssetPages.h).
+//
 // In: tessLodVertices    RG32UI, LodVertex low and high word, object lattice offsets and parent index
 //     tessLodPatchTable  R32I, per patch: lattice origin x y z, then per level the index of its first vertex or −1
 //     tessLodStep        object units per lattice unit

@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/Export.h>
+
 #include <osg/Referenced>
 #include <osg/State>
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 
 namespace osgTessLOD {
 
 /// What drawing needs per osg::State, that is, per graphics context: its limits, asked for once, and one vertex buffer
 /// that every draw fills anew (so that the driver gives it fresh memory while the last content is still being read).
 /// Lives in the State and is used by its graphics thread only.
-class DrawContext : public osg::Referenced {
+class OSGTESSLOD_EXPORT DrawContext : public osg::Referenced {
 public:
     /// Made by osg::State::get.
     explicit DrawContext(unsigned contextId)
@@ -26,7 +30,9 @@ public:
 
     /// Tessellation shaders, texture buffers and GLSL 4.20.
     bool supported() const { return _supported; }
-    std::int64_t maxTextureBufferTexels() const { return _maxTextureBufferTexels; }
+    std::int64_t maxTextureBufferTexels() const { return std::min(_maxTextureBufferTexels, _texelLimit); }
+    /// Has the context be treated as one that allows no more than this either. Between draws.
+    void limitTextureBufferTexels(std::int64_t most) { _texelLimit = most; }
     /// Most vertices that one draw should make the tessellator emit. Mesa's software rasterizer takes time quadratic in
     /// that above 64k; elsewhere the limit only bounds a single draw's duration.
     std::uint64_t verticesPerDraw() const { return _verticesPerDraw; }
@@ -47,6 +53,7 @@ private:
     bool _queried = false;
     bool _supported = false;
     std::int64_t _maxTextureBufferTexels = 0;
+    std::int64_t _texelLimit = std::numeric_limits<std::int64_t>::max();
     std::uint64_t _verticesPerDraw = kSoftwareVerticesPerDraw;
     unsigned _buffer = 0;
 };

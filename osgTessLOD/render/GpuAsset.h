@@ -7,31 +7,28 @@
 #include <osgTessLOD/render/PatchSelector.h>
 #include <osgTessLOD/render/SurfaceProxy.h>
 
-#include <osg/Array>
 #include <osg/BoundingBox>
 #include <osg/Referenced>
 #include <osg/StateSet>
-#include <osg/TextureBuffer>
 #include <osg/observer_ptr>
 
 #include <atomic>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <vector>
 
 namespace osgTessLOD {
 
-/// An asset made ready for drawing: what all drawables, copies and selections of it share. Holds the asset, its texture
-/// buffers with the state that draws with them, and its selector. Immutable but for OSG's own per-context GL objects.
+class AssetPages;
+class PatchPrograms;
+
+/// An asset made ready for drawing: what all drawables, copies and selections of it share. Holds the asset, its pages and the
+/// programs that draw them, and its selector. Immutable but for OSG's own per-context GL objects and pages that are made when a
+/// context first needs them.
 class OSGTESSLOD_EXPORT GpuAsset : public osg::Referenced {
 public:
-    /// Texture units of the buffers: out of the way of units that applications use. The first is used by assets with normals
-    /// and parameters only, the last by those with normals.
-    static constexpr unsigned kParametersUnit = 12;
-    static constexpr unsigned kVerticesUnit = 13;
-    static constexpr unsigned kPatchTableUnit = 14;
-    static constexpr unsigned kNormalsUnit = 15;
+    /// Most texels of a page's buffer where the context allows as many, which all but the smallest do.
+    static constexpr std::int64_t kPageTexels = std::int64_t{1} << 27;
 
     /// The asset must be valid; not null.
     explicit GpuAsset(std::shared_ptr<const LodAsset> asset);
@@ -41,12 +38,13 @@ public:
     const MorphedSurface& surface() const { return _surface; }
     const osg::BoundingBox& bounds() const { return _bounds; }
 
-    /// Program, patch size, texture buffers and uniforms; the second is for PatchSelection::capture.
-    osg::StateSet* drawState() const { return _drawState.get(); }
-    osg::StateSet* captureState() const { return _captureState.get(); }
+    /// Empty: brings together in the render bin what is drawn with the same buffers.
+    osg::StateSet* sortState() const { return _sortState.get(); }
+    const PatchPrograms& programs() const { return *_programs; }
 
-    /// True if the context of `state`, which must be current, can draw the asset. Says why not, once per asset.
-    bool canDraw(osg::State& state) const;
+    /// The pages that the context of `state`, which must be current, draws the asset with: those that it has room for. Null
+    /// if it cannot draw the asset; says why not, once per asset.
+    const AssetPages* pagesFor(osg::State& state) const;
 
     /// The surface at one level as triangles. Made when first asked for, kept as long as somebody holds it; any thread.
     osg::ref_ptr<SurfaceProxy> proxy(const PickingOptions& options) const;
@@ -59,26 +57,17 @@ protected:
     ~GpuAsset() override;
 
 private:
-    osg::ref_ptr<osg::StateSet> makeState(osg::StateAttribute* program) const;
-    void addBuffer(osg::Array* array, GLenum format, unsigned unit, std::int64_t texels);
-    void addParameters();
+    const AssetPages& pagesWithin(std::int64_t maxTexels) const;
     void warnOnce(const std::string& why) const;
 
     std::shared_ptr<const LodAsset> _asset;
     PatchSelector _selector;
     MorphedSurface _surface;
     osg::BoundingBox _bounds;
-    struct Buffer {
-        unsigned unit;
-        osg::ref_ptr<osg::Array> data;
-        osg::ref_ptr<osg::TextureBuffer> texture;
-    };
-    std::vector<Buffer> _buffers;               ///< vertices, patch table; normals and parameters if there are
-    std::vector<std::int32_t> _parameterShifts; ///< per level, tessLodParameterShifts; empty: no buffer of them
-    std::int64_t _largestBufferTexels = 0;
-    osg::ref_ptr<osg::Referenced> _programs; ///< shared by all assets
-    osg::ref_ptr<osg::StateSet> _drawState;
-    osg::ref_ptr<osg::StateSet> _captureState;
+    osg::ref_ptr<PatchPrograms> _programs;
+    osg::ref_ptr<osg::StateSet> _sortState;
+    mutable std::mutex _pagesMutex;
+    mutable std::map<std::int64_t, osg::ref_ptr<AssetPages>> _pages; ///< by their limit
     mutable std::atomic<bool> _warned{false};
     mutable std::mutex _proxyMutex;
     mutable std::map<unsigned, osg::observer_ptr<SurfaceProxy>> _proxies; ///< by level

@@ -92,7 +92,7 @@ std::vector<const osg::StateSet*> statesFor(osgUtil::CullVisitor& visitor, const
         osg::Polytope frustum = pair.second;
         if (frustum.contains(bounds)) { states.push_back(pair.first.get()); }
     }
-    states.push_back(drawable.getGpuAsset()->drawState());
+    states.push_back(drawable.getGpuAsset()->sortState());
     return states;
 }
 

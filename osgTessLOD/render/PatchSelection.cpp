@@ -2,9 +2,11 @@
 #include <osgTessLOD/render/PatchSelection.h>
 
 #include <osgTessLOD/asset/TessellationPattern.h>
+#include <osgTessLOD/render/AssetPages.h>
 #include <osgTessLOD/render/DrawContext.h>
 #include <osgTessLOD/render/GlConstants.h>
 #include <osgTessLOD/render/GpuAsset.h>
+#include <osgTessLOD/render/PatchPrograms.h>
 
 #include <osg/Fog>
 #include <osg/LightModel>
@@ -157,20 +159,12 @@ PatchSelection::PatchSelection(GpuAsset* asset, std::vector<PatchRecord> records
     _records = std::move(records);
     _statistics = std::move(statistics);
     _view = view;
-    unsigned lastLevel = std::numeric_limits<unsigned>::max();
-    for (std::size_t k = 0; k < _records.size(); ++k) {
-        const unsigned level = MorphedSurface::drawnLevel(_records[k].edgeLevels);
-        if (level != lastLevel) { _groups.push_back({k, 0, _asset->asset().ladder[level]}); }
-        ++_groups.back().count;
-        lastLevel = level;
-    }
 }
 
 PatchSelection::PatchSelection(const PatchSelection& other, const osg::CopyOp& copyop)
     : osg::Drawable(other, copyop)
     , _asset(other._asset)
     , _records(other._records)
-    , _groups(other._groups)
     , _statistics(other._statistics)
     , _view(other._view)
 {
@@ -183,45 +177,81 @@ osg::BoundingBox PatchSelection::computeBoundingBox() const
     return _asset.valid() ? _asset->bounds() : osg::BoundingBox();
 }
 
-template <typename Draw> void PatchSelection::forEachDraw(std::uint64_t verticesPerDraw, const Draw& draw) const
+/// Calls draw(records) for the records of each page, with the page's state and the program's applied.
+template <typename Draw>
+void PatchSelection::forEachPage(osg::State& state, const AssetPages& pages, osg::StateSet& program,
+                                 const Draw& draw) const
 {
-    for (const Group& group : _groups) {
-        const std::uint64_t perPatch = TessellationPattern::vertexCount(group.factor);
-        const std::size_t step = std::max<std::uint64_t>(1, verticesPerDraw / perPatch);
-        for (std::size_t k = 0; k < group.count; k += step) {
-            draw(group.first + k, std::min(step, group.count - k), group.factor);
+    std::vector<std::vector<PatchRecord>> byPage;
+    if (pages.pages().size() > 1) {
+        byPage.resize(pages.pages().size());
+        for (const PatchRecord& record : _records) { byPage[pages.pageOf(record.patch)].push_back(record); }
+    }
+    state.pushStateSet(&program);
+    for (std::size_t page = 0; page < pages.pages().size(); ++page) {
+        const std::vector<PatchRecord>& records = byPage.empty() ? _records : byPage[page];
+        if (records.empty()) { continue; }
+        state.pushStateSet(pages.pages()[page].state.get());
+        state.apply();
+        if (isApplied(state, program)) {
+            state.applyModelViewAndProjectionUniformsIfRequired();
+            setFixedFunctionUniform(state);
+            draw(records);
         }
+        state.popStateSet();
+    }
+    state.popStateSet();
+    state.apply();
+}
+
+/// Calls draw(first record, count, factor) for pieces of one level and of at most `verticesPerDraw` tessellated vertices.
+template <typename Draw>
+void PatchSelection::forEachDraw(const std::vector<PatchRecord>& records, std::uint64_t verticesPerDraw,
+                                 const Draw& draw) const
+{
+    const auto levelOf = [&](std::size_t k) { return MorphedSurface::drawnLevel(records[k].edgeLevels); };
+    for (std::size_t first = 0; first < records.size();) {
+        const unsigned level = levelOf(first);
+        const unsigned factor = _asset->asset().ladder[level];
+        const std::size_t most = std::max<std::uint64_t>(1, verticesPerDraw / TessellationPattern::vertexCount(factor));
+        std::size_t end = first + 1;
+        while (end < records.size() && end - first < most && levelOf(end) == level) { ++end; }
+        draw(first, end - first, factor);
+        first = end;
     }
 }
 
 void PatchSelection::drawImplementation(osg::RenderInfo& renderInfo) const
 {
+    if (_records.empty()) { return; }
     osg::State& state = *renderInfo.getState();
-    if (_records.empty() || !_asset->canDraw(state) || !isApplied(state, *_asset->drawState())) { return; }
-    state.applyModelViewAndProjectionUniformsIfRequired();
-    setFixedFunctionUniform(state);
-    const RecordAttribute attribute(state, _records);
-    forEachDraw(DrawContext::of(state).verticesPerDraw(), [](std::size_t first, std::size_t count, unsigned) {
-        glDrawArrays(GL_PATCHES, static_cast<GLint>(first), static_cast<GLsizei>(count));
+    const AssetPages* pages = _asset->pagesFor(state);
+    if (pages == nullptr) { return; }
+    forEachPage(state, *pages, *_asset->programs().draw(), [&](const std::vector<PatchRecord>& records) {
+        const RecordAttribute attribute(state, records);
+        const std::uint64_t verticesPerDraw = DrawContext::of(state).verticesPerDraw();
+        forEachDraw(records, verticesPerDraw, [](std::size_t first, std::size_t count, unsigned) {
+            glDrawArrays(GL_PATCHES, static_cast<GLint>(first), static_cast<GLsizei>(count));
+        });
     });
 }
 
-std::vector<osg::Vec3f> PatchSelection::capture(osg::RenderInfo& renderInfo) const
+std::vector<osg::Vec3f> PatchSelection::capture(osg::RenderInfo& renderInfo, const std::string& varying) const
 {
-    osg::State& state = *renderInfo.getState();
     std::vector<osg::Vec3f> corners;
-    if (_records.empty() || !_asset->canDraw(state)) { return corners; }
-    state.pushStateSet(_asset->captureState());
-    state.apply();
-    if (isApplied(state, *_asset->captureState())) {
-        const RecordAttribute attribute(state, _records);
+    if (_records.empty()) { return corners; }
+    osg::State& state = *renderInfo.getState();
+    const AssetPages* pages = _asset->pagesFor(state);
+    if (pages == nullptr) { return corners; }
+    const osg::ref_ptr<osg::StateSet> program = _asset->programs().capture(varying);
+    forEachPage(state, *pages, *program, [&](const std::vector<PatchRecord>& records) {
+        const RecordAttribute attribute(state, records);
         Capture capture(state);
-        forEachDraw(DrawContext::kSoftwareVerticesPerDraw, [&](std::size_t first, std::size_t count, unsigned factor) {
-            capture.draw(first, count, count * TessellationPattern::triangleCount(factor), corners);
-        });
-    }
-    state.popStateSet();
-    state.apply();
+        forEachDraw(records, DrawContext::kSoftwareVerticesPerDraw,
+                    [&](std::size_t first, std::size_t count, unsigned factor) {
+                        capture.draw(first, count, count * TessellationPattern::triangleCount(factor), corners);
+                    });
+    });
     return corners;
 }
 

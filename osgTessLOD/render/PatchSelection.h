@@ -9,10 +9,12 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace osgTessLOD {
 
+class AssetPages;
 class GpuAsset;
 
 /// One visible patch as the vertex shader receives it: 16 bytes.
@@ -33,7 +35,7 @@ struct OSGTESSLOD_EXPORT SelectionStatistics {
 };
 
 /// The immutable result of one cull visit, and the leaf that draws it: the visible patches grouped by tessellation
-/// factor. Holds a reference to the shared asset; owns no GL objects.
+/// factor. Brings the state that it is drawn with. Holds a reference to the shared asset; owns no GL objects.
 class OSGTESSLOD_EXPORT PatchSelection : public osg::Drawable {
 public:
     PatchSelection();
@@ -44,10 +46,7 @@ public:
     PatchSelection(const PatchSelection& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
     META_Object(osgTessLOD, PatchSelection)
 
-        const std::vector<PatchRecord>& records() const
-    {
-        return _records;
-    }
+    const std::vector<PatchRecord>& records() const { return _records; }
     const SelectionStatistics& statistics() const { return _statistics; }
     const SelectionView& view() const { return _view; }
 
@@ -58,27 +57,23 @@ public:
     void accept(osg::PrimitiveFunctor& functor) const override;
     bool supports(const osg::PrimitiveFunctor&) const override { return true; }
 
-    /// The triangles that the GPU makes of this selection, captured by transform feedback: object-space corners, three
-    /// per triangle, patch after patch. Needs the GL context current; leaves GL state as found. Empty if the context
-    /// cannot draw the asset.
-    std::vector<osg::Vec3f> capture(osg::RenderInfo& renderInfo) const;
+    /// The triangles that the GPU makes of this selection, captured by transform feedback: of their corners, three per
+    /// triangle, patch after patch, the vec3 that the shaders put out as `varying`; object-space positions if none is named.
+    /// Needs the GL context current; leaves GL state as found. Empty if the context cannot draw the asset.
+    std::vector<osg::Vec3f> capture(osg::RenderInfo& renderInfo,
+                                    const std::string& varying = "tessLodObjectPosition") const;
 
 protected:
     ~PatchSelection() override;
 
 private:
-    /// Consecutive records of one level.
-    struct Group {
-        std::size_t first;
-        std::size_t count;
-        unsigned factor;
-    };
-    /// Calls draw(first record, count, factor) for pieces of at most `verticesPerDraw` tessellated vertices.
-    template <typename Draw> void forEachDraw(std::uint64_t verticesPerDraw, const Draw& draw) const;
+    template <typename Draw>
+    void forEachPage(osg::State& state, const AssetPages& pages, osg::StateSet& program, const Draw& draw) const;
+    template <typename Draw>
+    void forEachDraw(const std::vector<PatchRecord>& records, std::uint64_t verticesPerDraw, const Draw& draw) const;
 
     osg::ref_ptr<GpuAsset> _asset;
     std::vector<PatchRecord> _records;
-    std::vector<Group> _groups;
     SelectionStatistics _statistics;
     SelectionView _view;
 };

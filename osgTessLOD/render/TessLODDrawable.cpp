@@ -106,12 +106,7 @@ void TessLODDrawable::drawImplementation(osg::RenderInfo& renderInfo) const
     SelectionStatistics statistics = selector.statisticsOf(records);
     const osg::ref_ptr<PatchSelection> coarsest =
         new PatchSelection(_gpuAsset.get(), std::move(records), std::move(statistics), SelectionView());
-    osg::State& state = *renderInfo.getState();
-    state.pushStateSet(_gpuAsset->drawState());
-    state.apply();
     coarsest->drawImplementation(renderInfo);
-    state.popStateSet();
-    state.apply();
 }
 
 void TessLODDrawable::setPickingOptions(const PickingOptions& options)

@@ -77,14 +77,15 @@ protected:
     osg::State& state() { return *context->getState(); }
 
     /// Captures what these records look like; grouped by level first.
-    std::vector<osg::Vec3f> capture(GpuAsset& asset, std::vector<PatchRecord>& records)
+    std::vector<osg::Vec3f> capture(GpuAsset& asset, std::vector<PatchRecord>& records,
+                                    const std::string& varying = "tessLodObjectPosition")
     {
         const auto level = [](const PatchRecord& r) { return MorphedSurface::drawnLevel(r.edgeLevels); };
         std::stable_sort(records.begin(), records.end(),
                          [&](const PatchRecord& a, const PatchRecord& b) { return level(a) < level(b); });
         const osg::ref_ptr<PatchSelection> selection =
             new PatchSelection(&asset, records, asset.selector().statisticsOf(records), SelectionView());
-        return selection->capture(renderInfo);
+        return selection->capture(renderInfo, varying);
     }
 
     WarningCollector warnings;

@@ -5,12 +5,12 @@
 #include <asset/SyntheticAsset.h>
 
 #include <osgTessLOD/asset/TessellationPattern.h>
-#include <osgTessLOD/render/ShaderSource.h>
-
-#include <osg/Program>
+#include <osgTessLOD/render/AssetPages.h>
+#include <osgTessLOD/render/DrawContext.h>
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <random>
 #include <utility>
@@ -86,6 +86,18 @@ void expectClosed(const std::vector<osg::Vec3f>& captured)
     }
     EXPECT_EQ(open, 0U);
     EXPECT_EQ(crowded, 0U);
+}
+
+/// Three corners after three corners, in an order of their own.
+std::vector<osg::Vec3f> sortedTriangles(std::vector<osg::Vec3f> corners)
+{
+    std::vector<std::array<osg::Vec3f, 3>> triangles;
+    for (std::size_t k = 0; k < corners.size(); k += 3) {
+        triangles.push_back({corners[k], corners[k + 1], corners[k + 2]});
+    }
+    std::sort(triangles.begin(), triangles.end());
+    for (std::size_t k = 0; k < corners.size(); ++k) { corners[k] = triangles[k / 3][k % 3]; }
+    return corners;
 }
 
 /// A third of the inner vertices come out of border vertices. The synthetic assets follow the tessellator's own merging,
@@ -180,14 +192,6 @@ TEST_F(SurfaceCapture, parametersDoNotMoveTheSurface)
 
 TEST_F(SurfaceCapture, weightsAreTheTwins)
 {
-    const osg::ref_ptr<osg::Program> program = new osg::Program;
-    program->addShader(createShader(osg::Shader::VERTEX, "tesslod_patch.vert", {}).get());
-    program->addShader(createShader(osg::Shader::TESSCONTROL, "tesslod_patch.tctrl", {}).get());
-    program->addShader(createShader(osg::Shader::TESSEVALUATION, "tesslod_patch.teval",
-                                    {"tesslod_pattern.glsl", "tesslod_surface.glsl"})
-                           .get());
-    program->addTransformFeedBackVarying("tessLodWeights");
-    program->setTransformFeedBackMode(GL_INTERLEAVED_ATTRIBS);
     LodAsset dropped = makeSyntheticDisplacedAsset(16);
     for (LodLevel& level : dropped.levels) { level.parameters.clear(); }
     const std::vector<LodAsset> assets{
@@ -195,15 +199,12 @@ TEST_F(SurfaceCapture, weightsAreTheTwins)
         withBorderParents(makeSyntheticDisplacedAsset(16)),
         synthetic::build(synthetic::bumpySphere(), synthetic::powersOfTwo(16), true, {4, 2, 1, 4, 0, 3, 2, 4}, true)};
     for (const LodAsset& made : assets) {
-        const osg::ref_ptr<GpuAsset> positions = makeGpuAsset(made);
-        const osg::ref_ptr<GpuAsset> weights = makeGpuAsset(made);
-        weights->captureState()->setAttributeAndModes(program.get(),
-                                                      osg::StateAttribute::ON | osg::StateAttribute::PROTECTED);
+        const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(made);
         std::mt19937 random(8);
         for (int k = 0; k < 10 && !HasFatalFailure(); ++k) {
             std::vector<PatchRecord> records = randomRecords(made, random);
-            const std::vector<osg::Vec3f> at = capture(*positions, records);
-            expectWeightsOfTwin(*positions, records, at, capture(*weights, records));
+            const std::vector<osg::Vec3f> at = capture(*asset, records);
+            expectWeightsOfTwin(*asset, records, at, capture(*asset, records, "tessLodWeights"));
         }
     }
 }
@@ -245,6 +246,43 @@ TEST_F(SurfaceCapture, largestFactorIsSplitOverSeveralDraws)
     const std::vector<osg::Vec3f> captured = capture(*asset, records);
     EXPECT_EQ(captured.size(), 3U * 128U * 6144U);
     expectEqualToTwin(*asset, records, captured);
+}
+
+TEST_F(SurfaceCapture, assetsOverTheLimitOfTextureBuffersAreDrawnPageByPage)
+{
+    LodAsset few =
+        synthetic::build(synthetic::bumpySphere(), synthetic::powersOfTwo(16), true, {4, 2, 1, 4, 0, 3, 2, 4}, true);
+    for (const LodAsset& made : {makeSyntheticDisplacedAsset(16), withBorderParents(std::move(few))}) {
+        const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(made);
+        std::mt19937 random(9);
+        std::vector<PatchRecord> records = randomRecords(made, random);
+        std::map<std::string, std::vector<osg::Vec3f>> whole;
+        DrawContext::of(state()).limitTextureBufferTexels(std::numeric_limits<std::int64_t>::max());
+        for (const char* varying : {"tessLodObjectPosition", "tessLodWeights"}) {
+            whole[varying] = sortedTriangles(capture(*asset, records, varying));
+        }
+        std::size_t pagesBefore = asset->pagesFor(state())->pages().size();
+        EXPECT_EQ(pagesBefore, 1U);
+        for (const std::int64_t limit : {1300, 700, 1}) {
+            DrawContext::of(state()).limitTextureBufferTexels(limit);
+            const AssetPages& pages = *asset->pagesFor(state());
+            EXPECT_GT(pages.pages().size(), pagesBefore);
+            pagesBefore = pages.pages().size();
+            for (const AssetPage& page : pages.pages()) {
+                for (const AssetPage::Buffer& buffer : page.buffers) {
+                    EXPECT_TRUE(buffer.texture->getTextureWidth() <= limit || page.patchCount == 1) << limit;
+                }
+            }
+            for (const auto& [varying, triangles] : whole) {
+                if (limit == 1 && varying == "tessLodWeights") {
+                    continue;
+                } // no room for normals, so no use for weights
+                EXPECT_EQ(sortedTriangles(capture(*asset, records, varying)), triangles) << varying << " " << limit;
+            }
+            EXPECT_EQ(capture(*asset, records).size(), whole["tessLodObjectPosition"].size());
+        }
+        EXPECT_EQ(pagesBefore, made.patches.size());
+    }
 }
 
 TEST_F(SurfaceCapture, everySelectionIsClosed)

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: MIT
+#include <osgTessLOD/render/AssetPages.h>
+
+#include <osgTessLOD/asset/TessellationPattern.h>
+#include <osgTessLOD/render/GlConstants.h>
+
+#include <osg/BufferObject>
+#include <osg/Uniform>
+
+#include <algorithm>
+
+namespace osgTessLOD {
+
+namespace {
+
+/// A number per level; `otherwise` for those that do not exist.
+template <class Number>
+osg::ref_ptr<osg::Uniform> levelUniform(const char* name, const std::vector<Number>& numbers, int otherwise)
+{
+    constexpr auto kMaxLevels = static_cast<unsigned>(AssetPages::kMaxLevels);
+    osg::ref_ptr<osg::Uniform> uniform = new osg::Uniform(osg::Uniform::INT, name, kMaxLevels);
+    for (unsigned k = 0; k < kMaxLevels; ++k) {
+        uniform->setElement(k, k < numbers.size() ? static_cast<int>(numbers[k]) : otherwise);
+    }
+    return uniform;
+}
+
+/// Resolutions of normals, from the coarsest, that one patch has room for.
+std::size_t normalLevelCount(const NormalTexture& normals, std::int64_t maxTexels)
+{
+    std::size_t count = 0;
+    std::int64_t texels = 0;
+    while (count < normals.levels.size()) {
+        texels += NormalTexture::texelCount(1U << count);
+        if (texels > maxTexels) { break; }
+        ++count;
+    }
+    return count;
+}
+
+/// Makes the pages of one asset.
+class PageMaker {
+public:
+    PageMaker(const LodAsset& asset, std::int64_t maxTexels)
+        : _asset(asset)
+        , _maxTexels(maxTexels)
+        , _normalLevels(normalLevelCount(asset.normals, maxTexels))
+    {
+        for (const std::uint16_t factor : asset.ladder) {
+            _vertexCounts.push_back(TessellationPattern::vertexCount(factor));
+        }
+        for (std::size_t level = 0; level < asset.levels.size(); ++level) {
+            std::vector<std::size_t>& before = _slotsBefore.emplace_back(1, 0);
+            for (const LodPatch& patch : asset.patches) {
+                before.push_back(before.back() + (patch.finestLevel >= level ? 1 : 0));
+            }
+        }
+        for (std::size_t level = 0; level < _normalLevels; ++level) {
+            _normalTexels += NormalTexture::texelCount(1U << level);
+        }
+    }
+
+    /// The first patch that has no place on a page that begins with `first`.
+    std::uint32_t endOfPage(std::uint32_t first) const
+    {
+        std::int64_t vertices = 0;
+        std::int64_t rows = 0;
+        std::int64_t normals = 0;
+        std::uint32_t end = first;
+        for (; end < _asset.patches.size(); ++end) {
+            for (std::size_t level = 0; level <= _asset.patches[end].finestLevel; ++level) {
+                vertices += _vertexCounts[level];
+            }
+            rows += static_cast<std::int64_t>(rowSize());
+            normals += _normalTexels;
+            if (end > first && std::max({vertices, rows, normals}) > _maxTexels) { break; }
+        }
+        return end;
+    }
+
+    AssetPage page(std::uint32_t first, std::uint32_t end)
+    {
+        _page = AssetPage{first, end - first, {}, new osg::StateSet};
+        addUniforms();
+        addPatchTable();
+        const osg::ref_ptr<osg::UIntArray> words = new osg::UIntArray;
+        for (std::size_t level = 0; level < _asset.levels.size(); ++level) {
+            forVertices(level, [&](std::size_t v) {
+                const std::uint64_t bits = _asset.levels[level].vertices[v].bits;
+                words->push_back(static_cast<GLuint>(bits & 0xFFFFFFFFU));
+                words->push_back(static_cast<GLuint>(bits >> 32));
+            });
+        }
+        addBuffer(words.get(), GL_RG32UI, 2, AssetPages::kVerticesUnit, "tessLodVertices");
+        if (_normalLevels > 0) {
+            addNormals();
+            addVertexWords(&LodLevel::parameters, AssetPages::kParametersUnit, "TESSLOD_PARAMETERS",
+                           "tessLodParameters", "tessLodParameterShifts");
+        }
+        return std::move(_page);
+    }
+
+private:
+    std::size_t rowSize() const { return 3 + _asset.levels.size(); }
+    std::uint32_t end() const { return _page.firstPatch + _page.patchCount; }
+
+    /// Calls visit(index in the level's vertices) for all of the page.
+    template <class Visit> void forVertices(std::size_t level, const Visit& visit) const
+    {
+        const std::size_t count = _vertexCounts[level];
+        const std::size_t last = _slotsBefore[level][end()] * count;
+        for (std::size_t v = _slotsBefore[level][_page.firstPatch] * count; v < last; ++v) { visit(v); }
+    }
+
+    std::size_t verticesOf(std::size_t level) const
+    {
+        return (_slotsBefore[level][end()] - _slotsBefore[level][_page.firstPatch]) * _vertexCounts[level];
+    }
+
+    void addBuffer(osg::Array* array, GLenum format, std::size_t numbersPerTexel, unsigned unit, const char* sampler)
+    {
+        osg::ref_ptr<osg::VertexBufferObject> object = new osg::VertexBufferObject;
+        object->setUsage(GL_STATIC_DRAW_ARB);
+        array->setBufferObject(object.get());
+        osg::ref_ptr<osg::TextureBuffer> buffer = new osg::TextureBuffer(array);
+        buffer->setInternalFormat(static_cast<GLint>(format));
+        buffer->setTextureWidth(static_cast<int>(array->getNumElements() / numbersPerTexel));
+        _page.buffers.push_back({unit, array, buffer});
+        // Protected: a texture that a shadow technique puts over the scene has no business here.
+        _page.state->setTextureAttribute(unit, buffer.get(), osg::StateAttribute::ON | osg::StateAttribute::PROTECTED);
+        _page.state->addUniform(new osg::Uniform(sampler, static_cast<int>(unit)));
+    }
+
+    /// A word of each vertex of those levels that have any, one level after the other. Shifts: what to take off a vertex's
+    /// index for that of its word; −1 for levels without. Nothing is added where no level has words.
+    void addVertexWords(std::vector<std::uint32_t> LodLevel::*wordsOfLevel, unsigned unit, const char* define,
+                        const char* sampler, const char* shiftUniform)
+    {
+        const osg::ref_ptr<osg::UIntArray> words = new osg::UIntArray;
+        std::vector<std::int32_t> shifts;
+        std::size_t without = 0; // vertices before the level that have no words
+        for (std::size_t level = 0; level < _asset.levels.size(); ++level) {
+            const std::vector<std::uint32_t>& all = _asset.levels[level].*wordsOfLevel;
+            shifts.push_back(all.empty() ? -1 : static_cast<std::int32_t>(without));
+            if (all.empty()) {
+                without += verticesOf(level);
+            } else {
+                forVertices(level, [&](std::size_t v) { words->push_back(all[v]); });
+            }
+        }
+        if (words->empty()) { return; }
+        addBuffer(words.get(), GL_R32UI, 1, unit, sampler);
+        _page.state->setDefine(define);
+        _page.state->addUniform(levelUniform(shiftUniform, shifts, -1).get());
+    }
+
+    void addUniforms()
+    {
+        osg::StateSet& state = *_page.state;
+        state.addUniform(new osg::Uniform("tessLodFirstPatch", static_cast<int>(_page.firstPatch)));
+        state.addUniform(new osg::Uniform("tessLodStep", _asset.lattice.step));
+        state.addUniform(new osg::Uniform("tessLodLevelCount", static_cast<int>(_asset.levels.size())));
+        state.addUniform(levelUniform("tessLodFactors", _asset.ladder, 1).get());
+    }
+
+    /// Per patch its lattice origin, then per level the page's index of its first vertex.
+    void addPatchTable()
+    {
+        const osg::ref_ptr<osg::IntArray> table = new osg::IntArray;
+        for (std::uint32_t p = _page.firstPatch; p < end(); ++p) {
+            std::size_t ofLevel = 0;
+            const LodPatch& patch = _asset.patches[p];
+            table->insert(table->end(), patch.latticeOrigin.begin(), patch.latticeOrigin.end());
+            for (std::size_t level = 0; level < _asset.levels.size(); ++level) {
+                const std::size_t slot = _slotsBefore[level][p] - _slotsBefore[level][_page.firstPatch];
+                const bool reaches = patch.finestLevel >= level;
+                table->push_back(reaches ? static_cast<GLint>(ofLevel + slot * _vertexCounts[level]) : -1);
+                ofLevel += verticesOf(level);
+            }
+        }
+        addBuffer(table.get(), GL_R32I, 1, AssetPages::kPatchTableUnit, "tessLodPatchTable");
+    }
+
+    void addNormals()
+    {
+        const osg::ref_ptr<osg::UIntArray> words = new osg::UIntArray;
+        for (std::size_t level = 0; level < _normalLevels; ++level) {
+            const auto& texels = _asset.normals.levels[level];
+            const auto count = static_cast<std::ptrdiff_t>(NormalTexture::texelCount(1U << level));
+            words->insert(words->end(), texels.begin() + _page.firstPatch * count, texels.begin() + end() * count);
+        }
+        addBuffer(words.get(), GL_R32UI, 1, AssetPages::kNormalsUnit, "tessLodNormals");
+        osg::StateSet& state = *_page.state;
+        state.setDefine("TESSLOD_NORMALS");
+        state.addUniform(new osg::Uniform("tessLodPatchCount", static_cast<int>(_page.patchCount)));
+        state.addUniform(new osg::Uniform("tessLodNormalLevelCount", static_cast<int>(_normalLevels)));
+    }
+
+    const LodAsset& _asset;
+    std::int64_t _maxTexels;
+    std::size_t _normalLevels;
+    std::int64_t _normalTexels = 0;                     ///< of one patch
+    std::vector<std::size_t> _vertexCounts;             ///< of one patch, per level
+    std::vector<std::vector<std::size_t>> _slotsBefore; ///< per level and patch: earlier patches that reach the level
+    AssetPage _page;                                    ///< being made
+};
+
+} // namespace
+
+AssetPages::AssetPages(const LodAsset& asset, std::int64_t maxTexels)
+{
+    PageMaker maker(asset, maxTexels);
+    for (std::uint32_t first = 0; first < asset.patches.size();) {
+        const std::uint32_t end = maker.endOfPage(first);
+        _pages.push_back(maker.page(first, end));
+        first = end;
+    }
+}
+
+AssetPages::~AssetPages() = default;
+
+std::size_t AssetPages::pageOf(std::uint32_t patch) const
+{
+    const auto after = std::upper_bound(_pages.begin(), _pages.end(), patch,
+                                        [](std::uint32_t p, const AssetPage& page) { return p < page.firstPatch; });
+    return static_cast<std::size_t>(after - _pages.begin()) - 1;
+}
+
+void AssetPages::compileGLObjects(osg::State& state) const
+{
+    for (const AssetPage& page : _pages) { page.state->compileGLObjects(state); }
+}
+
+void AssetPages::releaseGLObjects(osg::State* state) const
+{
+    for (const AssetPage& page : _pages) {
+        page.state->releaseGLObjects(state);
+        // That releases the textures, but not the buffers behind them.
+        for (const AssetPage::Buffer& buffer : page.buffers) {
+            buffer.data->getBufferObject()->releaseGLObjects(state);
+        }
+    }
+}
+
+void AssetPages::resizeGLObjectBuffers(unsigned maxSize)
+{
+    for (const AssetPage& page : _pages) {
+        page.state->resizeGLObjectBuffers(maxSize);
+        for (const AssetPage::Buffer& buffer : page.buffers) {
+            buffer.data->getBufferObject()->resizeGLObjectBuffers(maxSize);
+        }
+    }
+}
+
+} // namespace osgTessLOD

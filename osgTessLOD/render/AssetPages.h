@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/LodAsset.h>
+
+#include <osg/Array>
+#include <osg/Referenced>
+#include <osg/StateSet>
+#include <osg/TextureBuffer>
+#include <osg/ref_ptr>
+
+#include <cstdint>
+#include <vector>
+
+namespace osgTessLOD {
+
+/// Consecutive patches of an asset and the texture buffers with all that the shaders read of them. Numbers within a page
+/// count from its first patch and its first vertex: the shaders subtract tessLodFirstPatch and know nothing of pages.
+struct AssetPage {
+    struct Buffer {
+        unsigned unit; ///< texture unit
+        osg::ref_ptr<osg::Array> data;
+        osg::ref_ptr<osg::TextureBuffer> texture;
+    };
+    std::uint32_t firstPatch;
+    std::uint32_t patchCount;
+    std::vector<Buffer> buffers;
+    osg::ref_ptr<osg::StateSet> state; ///< the buffers, and the uniforms and defines that go with them
+};
+
+/// An asset in pages none of whose buffers has more texels than a context allows. What neighbours on two pages share, both
+/// have, with the same bits: borders stay closed. Immutable but for OSG's own per-context GL objects.
+class OSGTESSLOD_EXPORT AssetPages : public osg::Referenced {
+public:
+    /// Texture units of the buffers: out of the way of units that applications use. The first is used by assets with
+    /// normals and parameters only, the last by those with normals.
+    static constexpr unsigned kParametersUnit = 12;
+    static constexpr unsigned kVerticesUnit = 13;
+    static constexpr unsigned kPatchTableUnit = 14;
+    static constexpr unsigned kNormalsUnit = 15;
+    /// Most levels that the shaders know: factors 1, 2, 4, 6 … 64.
+    static constexpr std::size_t kMaxLevels = 33;
+
+    /// The asset must be valid. A page has one patch at least: without normals, any fits the 65,536 texels that every context
+    /// allows. Where one patch's normals would need more than `maxTexels`, their finest resolutions are left out.
+    AssetPages(const LodAsset& asset, std::int64_t maxTexels);
+
+    const std::vector<AssetPage>& pages() const { return _pages; }
+    /// Index of the page that has the patch.
+    std::size_t pageOf(std::uint32_t patch) const;
+
+    void compileGLObjects(osg::State& state) const;
+    void releaseGLObjects(osg::State* state) const;
+    void resizeGLObjectBuffers(unsigned maxSize);
+
+protected:
+    ~AssetPages() override;
+
+private:
+    std::vector<AssetPage> _pages;
+};
+
+} // namespace osgTessLOD
