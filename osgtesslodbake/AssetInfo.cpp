@@ -13,11 +13,17 @@ namespace osgTessLOD {
 
 namespace {
 
-nlohmann::ordered_json describeLevel(const AssetSummary::Level& level)
+nlohmann::ordered_json describeLevel(const AssetSummary::Level& level, bool hasUvs)
 {
-    return {{"factor", level.factor},       {"patches", level.patches},     {"finest_patches", level.finestPatches},
-            {"vertices", level.vertices},   {"triangles", level.triangles}, {"largest_error", level.largestError},
-            {"mean_error", level.meanError}};
+    nlohmann::ordered_json json = {{"factor", level.factor},
+                                   {"patches", level.patches},
+                                   {"finest_patches", level.finestPatches},
+                                   {"vertices", level.vertices},
+                                   {"triangles", level.triangles},
+                                   {"largest_error", level.largestError},
+                                   {"mean_error", level.meanError}};
+    if (hasUvs) { json["largest_uv_error"] = level.largestUvError; }
+    return json;
 }
 
 } // namespace
@@ -38,14 +44,24 @@ std::string describeTlod(const std::string& path)
     json["lattice_step"] = asset.lattice.step;
     json["bounds"] = {{"min", asset.boundsMin}, {"max", asset.boundsMax}};
     const AssetSummary summary = summarize(asset);
-    for (const AssetSummary::Level& level : summary.levels) { json["levels"].push_back(describeLevel(level)); }
+    for (const AssetSummary::Level& level : summary.levels) { json["levels"].push_back(describeLevel(level, asset.hasUvs())); }
     json["finest_vertices"] = summary.finestVertices;
     json["finest_triangles"] = summary.finestTriangles;
     json["largest_finest_error"] = summary.largestFinestError;
     json["normal_resolution"] = asset.normals.resolution;
+    json["texture_coordinates"] = asset.hasUvs();
+    if (asset.hasUvs()) {
+        const auto& [origin, step] = asset.uvLattice;
+        json["uv_box"] = {{"min", origin},
+                          {"max", {origin[0] + UvLattice::kUnits * step[0], origin[1] + UvLattice::kUnits * step[1]}},
+                          {"step", step}};
+    }
+    if (!asset.colorImage.empty()) { json["color_image"] = asset.colorImage; }
+    json["colors"] = asset.hasColors();
 
     std::uint64_t fileBytes = 0;
     std::uint64_t levelBytes = 0;
+    std::uint64_t attributeBytes = 0;
     for (const TlodChunk& chunk : readTlodContents(path)) {
         json["chunks"].push_back({{"type", chunk.type},
                                   {"level", chunk.level},
@@ -53,11 +69,13 @@ std::string describeTlod(const std::string& path)
                                   {"content_bytes", chunk.contentBytes}});
         fileBytes = std::max(fileBytes, chunk.offset + chunk.storedBytes);
         if (chunk.type == "LVLV" || chunk.type == "LVLP") { levelBytes += chunk.storedBytes; }
+        if (chunk.type == "LVLU" || chunk.type == "LVLC") { attributeBytes += chunk.storedBytes; }
     }
     const auto finest = static_cast<double>(summary.finestVertices);
     json["file_bytes"] = fileBytes;
     json["file_bytes_per_finest_vertex"] = static_cast<double>(fileBytes) / finest;
     json["vertex_bytes_per_finest_vertex"] = static_cast<double>(levelBytes) / finest;
+    json["attribute_bytes_per_finest_vertex"] = static_cast<double>(attributeBytes) / finest;
     return json.dump(2);
 }
 

@@ -50,6 +50,12 @@ void declareArguments(CLI::App& app, Arguments& arguments)
         ->capture_default_str();
     app.add_option("--patches", arguments.bake.controlMesh.patches, "patches to make of a mesh; 0: by its size")
         ->capture_default_str();
+    app.add_option("--base", arguments.bake.base,
+                   "coarse mesh file with the same texture coordinates, whose triangles become the patches");
+    app.add_option("--uv-tolerance", arguments.bake.uvTolerance,
+                   "with --base: how far its texture coordinates may be from all of the source's")
+        ->capture_default_str()
+        ->check(CLI::NonNegativeNumber);
     app.add_option("--patch-tolerance", arguments.bake.patchTolerance,
                    "bisect patches of a mesh until their finest level is about this near, as a part of the diagonal")
         ->capture_default_str()

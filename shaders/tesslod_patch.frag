@@ -1,12 +1,12 @@
 #version 420 compatibility
 // SPDX-License-Identifier: MIT
 // Shades the surface as OpenGL's fixed function would, per fragment; both sides are lit.
-// Needs tesslod_normal.glsl and tesslod_lighting.glsl.
+// Needs tesslod_normal.glsl, tesslod_color.glsl and tesslod_lighting.glsl.
 // In: tessLodEyePosition    eye space
 //     tessLodWeights        corner weights in the patch, tessLodFragmentPatch   (with TESSLOD_NORMALS)
 //     tessLodLevel          continuous level                                    (with TESSLOD_COLOR_BY_LEVEL)
 // Out: gl_FragColor
-#pragma import_defines(TESSLOD_NORMALS, TESSLOD_COLOR_BY_LEVEL)
+#pragma import_defines(TESSLOD_NORMALS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL)
 
 in vec3 tessLodEyePosition;
 #if defined(TESSLOD_NORMALS)
@@ -50,14 +50,14 @@ vec3 tessLodEyeNormal()
 
 void main()
 {
-    vec4 ambient = gl_FrontMaterial.ambient;
-    vec4 diffuse = gl_FrontMaterial.diffuse;
+    vec4 ambient = tessLodBaseColor(gl_FrontMaterial.ambient);
+    vec4 diffuse = tessLodBaseColor(gl_FrontMaterial.diffuse);
 #if defined(TESSLOD_COLOR_BY_LEVEL)
     int below = int(tessLodLevel);
     vec3 levelColor = mix(tessLodLevelColor(below), tessLodLevelColor(below + 1), tessLodLevel - float(below));
     ambient.rgb = levelColor;
     diffuse.rgb = levelColor;
 #endif
-    vec4 color = tessLodLitColor(tessLodEyePosition, tessLodEyeNormal(), ambient, diffuse);
+    vec4 color = tessLodLitColor(tessLodEyePosition, tessLodEyeNormal(), ambient, diffuse) * tessLodTextureColor();
     gl_FragColor = tessLodFoggedColor(color, tessLodEyePosition);
 }

@@ -14,6 +14,8 @@
 //     tessLodPatchTable  R32I, per patch: lattice origin x y z, then per level the index of its first vertex or −1
 //     tessLodStep        object units per lattice unit
 //     tessLodFactors     the ladder, tessLodLevelCount entries
+//     tessLodUvs         R32UI, LodLevel::uvs of all vertices; tessLodUvOrigin, tessLodUvStep: their grid   (with TESSLOD_UVS)
+//     tessLodColors      R32UI, LodLevel::colors of all vertices                                      (with TESSLOD_COLORS)
 //     tessLodParameters       R32UI, ChartPoint::bits of the vertices of levels that have them    (with TESSLOD_PARAMETERS)
 //     tessLodParameterShifts  per level what to take off a vertex's index in tessLodVertices for its index there; −1 where
 //                             vertices lie where the pattern has them                             (with TESSLOD_PARAMETERS)
@@ -28,10 +30,25 @@ uniform usamplerBuffer tessLodParameters;
 uniform int tessLodParameterShifts[33];
 #endif
 
-// A point of the surface: object space, and corner weights in its patch.
+#if defined(TESSLOD_UVS)
+uniform usamplerBuffer tessLodUvs;
+uniform vec2 tessLodUvOrigin;
+uniform vec2 tessLodUvStep;
+#endif
+#if defined(TESSLOD_COLORS)
+uniform usamplerBuffer tessLodColors;
+#endif
+
+// A point of the surface: object space, corner weights in its patch, and what it has beside these.
 struct TessLodPoint {
     vec3 position;
     vec3 weights;
+#if defined(TESSLOD_UVS)
+    vec3 texCoord; // u, v, and how much of it has texture coordinates
+#endif
+#if defined(TESSLOD_COLORS)
+    vec4 color;
+#endif
 };
 
 // Index of the vertex in tessLodVertices.
@@ -73,6 +90,26 @@ vec3 tessLodVertexWeights(int patchId, int level, int index)
     return vec3(tessLodPatternBarycentric(factor, index)) / float(3 * factor);
 }
 
+#if defined(TESSLOD_UVS)
+// u, v and 1; 0 without.
+vec3 tessLodVertexTexCoord(int patchId, int level, int index)
+{
+    uint bits = texelFetch(tessLodUvs, tessLodVertexNumber(patchId, level, index)).r;
+    if (bits == 0xFFFFFFFFu) { return vec3(0.0); }
+    precise vec2 uv = tessLodUvOrigin + vec2(float(bits & 0xFFFFu), float(bits >> 16)) * tessLodUvStep;
+    return vec3(uv, 1.0);
+}
+#endif
+
+#if defined(TESSLOD_COLORS)
+vec4 tessLodVertexColor(int patchId, int level, int index)
+{
+    uint bits = texelFetch(tessLodColors, tessLodVertexNumber(patchId, level, index)).r;
+    precise vec4 color = vec4(bits & 0xFFu, bits >> 8 & 0xFFu, bits >> 16 & 0xFFu, bits >> 24) * 0.003921569;
+    return color;
+}
+#endif
+
 // The vertex in its own place.
 TessLodPoint tessLodVertexPoint(int patchId, int level, int index)
 {
@@ -87,6 +124,12 @@ TessLodPoint tessLodVertexPoint(int patchId, int level, int index)
 #else
     point.weights = vec3(0.0);
 #endif
+#if defined(TESSLOD_UVS)
+    point.texCoord = tessLodVertexTexCoord(patchId, level, index);
+#endif
+#if defined(TESSLOD_COLORS)
+    point.color = tessLodVertexColor(patchId, level, index);
+#endif
     return point;
 }
 
@@ -98,6 +141,14 @@ TessLodPoint tessLodMix(TessLodPoint from, TessLodPoint to, float t)
     precise vec3 position = from.position + (to.position - from.position) * t;
     point.position = position;
     point.weights = from.weights + (to.weights - from.weights) * t;
+#if defined(TESSLOD_UVS)
+    precise vec3 texCoord = from.texCoord + (to.texCoord - from.texCoord) * t;
+    point.texCoord = texCoord;
+#endif
+#if defined(TESSLOD_COLORS)
+    precise vec4 color = from.color + (to.color - from.color) * t;
+    point.color = color;
+#endif
     return point;
 }
 

@@ -19,6 +19,9 @@ AssetSummary summarize(const LodAsset& asset)
         level.patches = asset.levels[l].errors.size();
         level.vertices = asset.levels[l].vertices.size();
         level.triangles = level.patches * TessellationPattern::triangleCount(factor);
+        for (const float error : asset.levels[l].uvErrors) {
+            level.largestUvError = std::max(level.largestUvError, static_cast<double>(error));
+        }
         for (std::size_t p = 0; p < slots.size(); ++p) {
             if (slots[p] == kNoPatch) { continue; }
             const auto error = static_cast<double>(asset.levels[l].errors[slots[p]].isotropic);

@@ -20,6 +20,7 @@ struct AssetSummary {
         std::uint64_t triangles = 0;
         double largestError = 0.0; ///< over patches, 0 without any
         double meanError = 0.0;
+        double largestUvError = 0.0; ///< LodLevel::uvErrors
     };
     std::vector<Level> levels;
     // Of all patches, each at its finest level.

@@ -36,6 +36,13 @@ bool allFinite(const Numbers& numbers)
     return std::all_of(numbers.begin(), numbers.end(), [](auto x) { return std::isfinite(x); });
 }
 
+std::uint32_t encodeUv(float value, float origin, float step)
+{
+    if (!(step > 0.0F)) { return 0; }
+    const double units = std::round((static_cast<double>(value) - static_cast<double>(origin)) / static_cast<double>(step));
+    return static_cast<std::uint32_t>(std::clamp(units, 0.0, static_cast<double>(UvLattice::kUnits)));
+}
+
 bool finiteNotNegative(float x)
 {
     return std::isfinite(x) && x >= 0.0F;
@@ -155,6 +162,7 @@ struct PatchLevel {
     const LodPatch& patch;
     const LodVertex* vertices;
     const std::uint32_t* parameters; ///< null: where the pattern has them
+    const std::uint32_t* colors;     ///< null: none
     std::size_t level;
     unsigned factor;
     unsigned parentFactor; ///< of the level below, 0 at level 0
@@ -273,6 +281,9 @@ void checkSharedBorder(std::size_t e, const PatchLevel& a, std::size_t sideA, co
                 fail("edge ", e, ", level ", a.level, ", position ", t, ": its patches' parameters differ");
             }
         }
+        if (a.colors != nullptr && a.colors[PatchLevel::border(f, sideA, t)] != b.colors[PatchLevel::border(f, sideB, f - t)]) {
+            fail("edge ", e, ", level ", a.level, ", position ", t, ": its patches' colours differ");
+        }
         if (a.level == 0) { continue; }
         // Both parents are on their side, so each has exactly one position there.
         const unsigned g = a.parentFactor;
@@ -294,6 +305,37 @@ void checkErrors(const LodLevel& level, std::size_t l)
     }
 }
 
+void checkAttributes(const LodAsset& asset, std::size_t l)
+{
+    const LodLevel& level = asset.levels[l];
+    const auto checkCount = [&](const char* what, std::size_t count, std::size_t wanted) {
+        if (count != wanted) { fail("level ", l, ": ", count, " ", what, ", not ", wanted); }
+    };
+    checkCount("texture coordinates", level.uvs.size(), asset.hasUvs() ? level.vertices.size() : 0);
+    checkCount("errors of texture coordinates", level.uvErrors.size(), asset.hasUvs() ? level.errors.size() : 0);
+    checkCount("colours", level.colors.size(), asset.hasColors() ? level.vertices.size() : 0);
+    for (std::size_t v = 0; v < level.uvs.size(); ++v) {
+        const std::uint32_t bits = level.uvs[v];
+        if (bits != UvLattice::kNone && std::max(bits & 0xFFFFU, bits >> 16) > UvLattice::kUnits) {
+            fail("level ", l, ", vertex ", v, ": texture coordinates out of range");
+        }
+    }
+    if (!std::all_of(level.uvErrors.begin(), level.uvErrors.end(), finiteNotNegative)) {
+        fail("level ", l, ": errors of texture coordinates are not finite numbers ≥ 0");
+    }
+}
+
+void checkUvLattice(const LodAsset& asset)
+{
+    const UvLattice& lattice = asset.uvLattice;
+    for (std::size_t k = 0; k < 2; ++k) {
+        const float largest = lattice.origin[k] + static_cast<float>(UvLattice::kUnits) * lattice.step[k];
+        if (!std::isfinite(lattice.origin[k]) || !finiteNotNegative(lattice.step[k]) || !std::isfinite(largest)) {
+            fail("the grid of texture coordinates is not finite");
+        }
+    }
+}
+
 void checkLevel(const LodAsset& asset, std::size_t l)
 {
     const LodLevel& level = asset.levels[l];
@@ -309,13 +351,15 @@ void checkLevel(const LodAsset& asset, std::size_t l)
     }
     if (level.errors.size() != reached) { fail("level ", l, ": ", level.errors.size(), " errors, not ", reached); }
     checkErrors(level, l);
+    checkAttributes(asset, l);
 
     const std::vector<std::uint32_t> slots = asset.levelSlots(l);
     const unsigned parentFactor = l == 0 ? 0 : asset.ladder[l - 1];
     const auto patchLevel = [&](std::size_t p) {
         const std::size_t first = slots[p] * count;
         const std::uint32_t* parameters = level.parameters.empty() ? nullptr : level.parameters.data() + first;
-        return PatchLevel{asset.patches[p], level.vertices.data() + first, parameters, l, factor, parentFactor};
+        const std::uint32_t* colors = level.colors.empty() ? nullptr : level.colors.data() + first;
+        return PatchLevel{asset.patches[p], level.vertices.data() + first, parameters, colors, l, factor, parentFactor};
     };
     for (std::size_t p = 0; p < asset.patches.size(); ++p) {
         if (slots[p] == kNoPatch) { continue; }
@@ -356,6 +400,12 @@ void checkNormals(const LodAsset& asset)
 
 } // namespace
 
+std::uint32_t UvLattice::encode(float u, float v) const
+{
+    if (!std::isfinite(u) || !std::isfinite(v)) { return kNone; }
+    return encodeUv(u, origin[0], step[0]) | encodeUv(v, origin[1], step[1]) << 16;
+}
+
 std::vector<std::uint32_t> LodAsset::levelSlots(std::size_t level) const
 {
     std::vector<std::uint32_t> slots(patches.size(), kNoPatch);
@@ -381,6 +431,7 @@ void LodAsset::validate() const
     checkLadder(*this);
     checkFrame(*this);
     checkTopology(*this);
+    checkUvLattice(*this);
     for (std::size_t level = 0; level < levels.size(); ++level) { checkLevel(*this, level); }
     checkNormals(*this);
 }

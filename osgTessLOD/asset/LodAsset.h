@@ -46,6 +46,25 @@ struct LodVertex {
     bool operator==(const LodVertex& o) const { return bits == o.bits; }
 };
 
+/// The grid that the texture coordinates of an asset's vertices lie on: two 16-bit numbers per vertex, u in the low half, over
+/// the box around all of them. They are off by half a step at most; a step is 1/65,534 of the box's side.
+struct OSGTESSLOD_EXPORT UvLattice {
+    static constexpr std::uint32_t kUnits = 65534;        ///< the largest number
+    static constexpr std::uint32_t kNone = 0xFFFFFFFFU;   ///< of a vertex without texture coordinates
+
+    std::array<float, 2> origin{};
+    std::array<float, 2> step{};
+
+    std::uint32_t encode(float u, float v) const;         ///< kNone for what is not a number
+    /// u, v and 1; 0, 0, 0 without. Exactly as the GPU computes it.
+    std::array<float, 3> decode(std::uint32_t bits) const
+    {
+        if (bits == kNone) { return {}; }
+        return {origin[0] + static_cast<float>(bits & 0xFFFFU) * step[0], origin[1] + static_cast<float>(bits >> 16) * step[1],
+                1.0F};
+    }
+};
+
 /// A triangular patch of the control mesh. Edge s joins corner s to corner s + 1 (mod 3).
 struct LodPatch {
     std::array<std::uint32_t, 3> baseVertices{};
@@ -80,6 +99,11 @@ struct LodLevel {
     /// Where in its patch each vertex lies, as ChartPoint::bits: what its normal is looked up by. In the order of `vertices`;
     /// empty when all lie where the pattern has them. Levels may differ in this, patches of a level not.
     std::vector<std::uint32_t> parameters;
+    std::vector<std::uint32_t> uvs;      ///< texture coordinates of each vertex, in UvLattice; in all levels or none
+    /// One per patch that reaches the level, if there are uvs: how far those of the level's mesh are from the source's at most,
+    /// taken at the same point of the patch. Units of the texture: its width and height are 1.
+    std::vector<float> uvErrors;
+    std::vector<std::uint32_t> colors;   ///< of each vertex: red in the low byte, green, blue, alpha; in all levels or none
 };
 
 /// Normals of the source on each patch's regular triangular grid, as a chain of halved resolutions.
@@ -108,8 +132,14 @@ struct OSGTESSLOD_EXPORT LodAsset {
     std::vector<LodPatch> patches;
     std::vector<LodLevel> levels;        ///< one per ladder entry
     NormalTexture normals;
+    UvLattice uvLattice;                 ///< of the levels' uvs
+    /// Image file of the surface's colour by texture coordinates, relative to the folder of the asset's own; empty: none.
+    std::string colorImage;
     std::array<float, 3> boundsMin{};    ///< box around every level's surface, asset frame
     std::array<float, 3> boundsMax{};
+
+    bool hasUvs() const { return !levels.empty() && !levels.front().uvs.empty(); }
+    bool hasColors() const { return !levels.empty() && !levels.front().colors.empty(); }
 
     /// Position of each patch within level `level`, kNoPatch for those that do not reach it. Its vertices start at
     /// slot · vertexCount(ladder[level]), its error is errors[slot].
@@ -121,7 +151,8 @@ struct OSGTESSLOD_EXPORT LodAsset {
     /// Throws AssetError naming the fault unless every count, index and bound is consistent: ladder valid and rising,
     /// patches and edges referring to each other, vertices as many as the levels need, parents in range and on the border
     /// where their child is and along it without gaps, shared border vertices and corners equal on both sides, parameters
-    /// inside the patch or on its sides as their vertices are and alike from both, numbers finite. That bounds hold what they say they hold is not checked.
+    /// inside the patch or on its sides as their vertices are and alike from both, texture coordinates and colours at every
+    /// vertex or none and colours alike from both sides of a border, numbers finite. That bounds hold what they say they hold is not checked.
     void validate() const;
 };
 

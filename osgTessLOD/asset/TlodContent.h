@@ -63,6 +63,16 @@ template <> struct ItemFormat<LevelError> {
     }
 };
 
+template <> struct ItemFormat<UvLattice> {
+    static constexpr std::size_t kBytes = 16;
+    template <class Stream, class Grid> static void pass(Stream& stream, Grid& grid) { stream.fields(grid.origin, grid.step); }
+};
+
+template <> struct ItemFormat<float> {
+    static constexpr std::size_t kBytes = 4;
+    template <class Stream, class Number> static void pass(Stream& stream, Number& number) { stream.field(number); }
+};
+
 template <class Item> Bytes encodeItems(const std::vector<Item>& items)
 {
     ByteWriter out;

@@ -8,6 +8,7 @@
 #include <osgTessLOD/asset/TlodContent.h>
 #include <osgTessLOD/asset/VertexCodec.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -24,11 +25,29 @@ constexpr std::uint32_t kPatch = chunkType("PTCH");
 constexpr std::uint32_t kErrors = chunkType("LVLE");
 constexpr std::uint32_t kVertices = chunkType("LVLV");
 constexpr std::uint32_t kParameters = chunkType("LVLP");
+constexpr std::uint32_t kUvLattice = chunkType("UVGR");
+constexpr std::uint32_t kUvErrors = chunkType("LVLT");
+constexpr std::uint32_t kUvs = chunkType("LVLU");
+constexpr std::uint32_t kColors = chunkType("LVLC");
+constexpr std::uint32_t kColorImage = chunkType("CIMG");
 constexpr std::uint32_t kNormals = chunkType("NRML");
 
 constexpr std::size_t kVertexBytes = sizeof(LodVertex);
-constexpr std::size_t kParameterBytes = 4;
-constexpr std::size_t kTexelBytes = 4;
+constexpr std::size_t kWordBytes = 4; ///< parameters, texture coordinates, colours and normals
+constexpr std::size_t kMaxImageName = 4096;
+
+using WordEncoder = void (*)(unsigned, const std::vector<std::uint32_t>&, std::uint8_t*);
+using WordDecoder = void (*)(unsigned, std::vector<std::uint32_t>&);
+
+/// Adds a chunk of words, if there are any.
+void addWords(TlodContainerWriter& file, std::uint32_t type, std::size_t level, WordEncoder encode, unsigned factor,
+              const std::vector<std::uint32_t>& words)
+{
+    if (words.empty()) { return; }
+    Bytes content(words.size() * kWordBytes);
+    encode(factor, words, content.data());
+    file.addChunk(type, level, std::move(content));
+}
 
 TlodContainerWriter makeFile(const LodAsset& asset)
 {
@@ -38,22 +57,22 @@ TlodContainerWriter makeFile(const LodAsset& asset)
     file.addChunk(kBase, 0, encodeItems(asset.baseVertices));
     file.addChunk(kEdge, 0, encodeItems(asset.edges));
     file.addChunk(kPatch, 0, encodeItems(asset.patches));
+    if (asset.hasUvs()) { file.addChunk(kUvLattice, 0, encodeItems(std::vector<UvLattice>{asset.uvLattice})); }
+    if (asset.colorImage.size() > kMaxImageName) { throw AssetError("the colour image's name is longer than 4096 bytes"); }
+    if (!asset.colorImage.empty()) { file.addChunk(kColorImage, 0, Bytes(asset.colorImage.begin(), asset.colorImage.end())); }
     for (std::size_t l = 0; l < asset.levels.size(); ++l) {
         const LodLevel& level = asset.levels[l];
         file.addChunk(kErrors, l, encodeItems(level.errors));
         Bytes content(level.vertices.size() * kVertexBytes);
         encodeVertices(asset.ladder[l], level.vertices, content.data());
         file.addChunk(kVertices, l, std::move(content));
-        if (level.parameters.empty()) { continue; }
-        content.assign(level.parameters.size() * kParameterBytes, 0);
-        encodeParameters(asset.ladder[l], level.parameters, content.data());
-        file.addChunk(kParameters, l, std::move(content));
+        addWords(file, kParameters, l, encodeParameters, asset.ladder[l], level.parameters);
+        if (asset.hasUvs()) { file.addChunk(kUvErrors, l, encodeItems(level.uvErrors)); }
+        addWords(file, kUvs, l, encodeUvs, asset.ladder[l], level.uvs);
+        addWords(file, kColors, l, encodeColors, asset.ladder[l], level.colors);
     }
     for (std::size_t l = 0; l < asset.normals.levels.size(); ++l) {
-        const auto& normals = asset.normals.levels[l];
-        Bytes content(normals.size() * kTexelBytes);
-        encodeNormals(1U << l, normals, content.data());
-        file.addChunk(kNormals, l, std::move(content));
+        addWords(file, kNormals, l, encodeNormals, 1U << l, asset.normals.levels[l]);
     }
     return file;
 }
@@ -116,10 +135,36 @@ void readInPlace(TlodContainerReader& file, std::uint32_t type, std::uint32_t le
 void checkNothingLeft(const TlodContainerReader& file)
 {
     for (const ChunkEntry& entry : file.entries()) {
-        for (const std::uint32_t known : {kMeta, kBase, kEdge, kPatch, kErrors, kVertices, kParameters, kNormals}) {
+        for (const std::uint32_t known : {kMeta, kBase, kEdge, kPatch, kErrors, kVertices, kParameters, kUvLattice, kUvErrors,
+                                          kUvs, kColors, kColorImage, kNormals}) {
             if (entry.type == known) { failChunk(entry, "is there twice or belongs to no level"); }
         }
     }
+}
+
+/// Words of every vertex of a level, if the file has them.
+void readLevelWords(TlodContainerReader& file, std::uint32_t type, std::uint32_t level, WordDecoder decode, unsigned factor,
+                    std::uint64_t vertices, std::vector<std::uint32_t>& words)
+{
+    if (!file.has(type, level)) { return; }
+    readInPlace(file, type, level, vertices, words);
+    decode(factor, words);
+}
+
+void readAttributeFrame(TlodContainerReader& file, LodAsset& asset)
+{
+    if (file.has(kUvLattice, 0) || file.has(kUvs, 0)) {
+        std::vector<UvLattice> lattice;
+        readItems(file, kUvLattice, 0, 1, lattice);
+        asset.uvLattice = lattice.front();
+    }
+    if (!file.has(kColorImage, 0)) { return; }
+    const ChunkEntry entry = file.take(kColorImage, 0);
+    if (entry.content == 0 || entry.content > kMaxImageName) { failChunk(entry, "is empty or too large"); }
+    Bytes name(entry.content);
+    file.readContent(entry, name.data());
+    if (std::find(name.begin(), name.end(), 0) != name.end()) { failChunk(entry, "is no name"); }
+    asset.colorImage.assign(name.begin(), name.end());
 }
 
 LodAsset readAsset(std::istream& stream)
@@ -130,6 +175,7 @@ LodAsset readAsset(std::istream& stream)
     readItems(file, kBase, 0, counts.baseVertices, asset.baseVertices);
     readItems(file, kEdge, 0, counts.edges, asset.edges);
     readItems(file, kPatch, 0, counts.patches, asset.patches);
+    readAttributeFrame(file, asset);
     asset.levels.resize(asset.ladder.size());
     for (std::uint32_t l = 0; l < asset.levels.size(); ++l) {
         LodLevel& level = asset.levels[l];
@@ -138,10 +184,11 @@ LodAsset readAsset(std::istream& stream)
         const std::uint64_t vertices = reached * TessellationPattern::vertexCount(asset.ladder[l]);
         readInPlace(file, kVertices, l, vertices, level.vertices);
         decodeVertices(asset.ladder[l], level.vertices);
-        if (file.has(kParameters, l)) {
-            readInPlace(file, kParameters, l, vertices, level.parameters);
-            decodeParameters(asset.ladder[l], level.parameters);
-        }
+        const unsigned factor = asset.ladder[l];
+        readLevelWords(file, kParameters, l, decodeParameters, factor, vertices, level.parameters);
+        if (file.has(kUvErrors, l)) { readItems(file, kUvErrors, l, reached, level.uvErrors); }
+        readLevelWords(file, kUvs, l, decodeUvs, factor, vertices, level.uvs);
+        readLevelWords(file, kColors, l, decodeColors, factor, vertices, level.colors);
     }
     asset.normals.resolution = counts.normalResolution;
     for (std::uint32_t l = 0; counts.normalResolution >> l != 0; ++l) {

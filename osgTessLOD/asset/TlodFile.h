@@ -28,6 +28,10 @@ namespace osgTessLOD {
 //     BASE EDGE PTCH      12 bytes a base vertex, 20 an edge, 76 a patch: the structs' fields in order, 0 up to the size
 //     LVLE LVLV           per ladder level: errors (28 bytes each), vertices (8 bytes, VertexCodec.h)
 //     LVLP                after a level's LVLV where the level has parameters (4 bytes a vertex, VertexCodec.h)
+//     UVGR                if the asset has texture coordinates: their UvLattice, origin and step (16 bytes)
+//     LVLT LVLU           after a level's LVLP, if so: their errors (4 bytes a patch), texture coordinates (4 bytes a vertex)
+//     LVLC                after these, if the asset has colours (4 bytes a vertex)
+//     CIMG                the colour image's name, 1 to 4096 bytes, if there is one
 //     NRML                per normal resolution, `level` its logarithm (4 bytes a texel, VertexCodec.h)
 
 /// A chunk of a .tlod file as its table of contents lists it.

@@ -165,23 +165,26 @@ std::uint32_t combineHalves(std::uint32_t x, std::uint32_t y)
     return (x & 0xFFFFU) | y << 16;
 }
 
+/// Writes the bytes of a folded residual as number v of `count`, lowest plane first.
+void storeBytes(std::uint32_t residual, std::size_t v, std::size_t count, std::uint8_t* content)
+{
+    const std::size_t blockStart = v / kCodecBlock * kCodecBlock;
+    const std::size_t n = std::min(kCodecBlock, count - blockStart);
+    std::uint8_t* plane = content + 4 * blockStart + (v - blockStart);
+    for (unsigned k = 0; k < 4; ++k) { plane[k * n] = low(residual >> 8 * k); }
+}
+
 /// Writes the difference of both halves of values[v] from `predicted` to its planes.
 void storeHalves(const std::vector<std::uint32_t>& values, std::size_t v, std::uint32_t predicted,
                  std::uint8_t* content)
 {
     const std::uint32_t x = foldHalf((values[v] & 0xFFFFU) - (predicted & 0xFFFFU));
     const std::uint32_t y = foldHalf((values[v] >> 16) - (predicted >> 16));
-    const std::size_t blockStart = v / kCodecBlock * kCodecBlock;
-    const std::size_t n = std::min(kCodecBlock, values.size() - blockStart);
-    std::uint8_t* plane = content + 4 * blockStart + (v - blockStart);
-    plane[0] = low(x);
-    plane[n] = low(x >> 8);
-    plane[2 * n] = low(y);
-    plane[3 * n] = low(y >> 8);
+    storeBytes(combineHalves(x, y), v, values.size(), content);
 }
 
-/// From planes to both folded halves of every value.
-void gatherHalves(std::vector<std::uint32_t>& values)
+/// From planes to the folded bytes or halves of every value.
+void gatherBytes(std::vector<std::uint32_t>& values)
 {
     gatherPlanes(values, [](const std::uint8_t* block, std::size_t n, std::size_t i) {
         const auto byte = [&](std::size_t plane) { return std::uint32_t{block[plane * n + i]}; };
@@ -192,6 +195,37 @@ void gatherHalves(std::vector<std::uint32_t>& values)
 std::uint32_t addHalves(std::uint32_t predicted, std::uint32_t folded)
 {
     return combineHalves((predicted & 0xFFFFU) + unfoldHalf(folded), (predicted >> 16) + unfoldHalf(folded >> 16));
+}
+
+/// Halves predicted as parallelograms, as positions are.
+std::uint32_t predictHalves(const std::uint32_t* patch, std::uint32_t vertex, const Prediction& p)
+{
+    if (vertex == 0) { return 0; }
+    const auto sum = [&](unsigned shift) {
+        return (patch[p.plus0] >> shift) + (patch[p.plus1] >> shift) - (patch[p.minus] >> shift);
+    };
+    return combineHalves(sum(0), sum(16));
+}
+
+/// Differences of each byte, modulo 256, as numbers that are small where the difference is.
+std::uint32_t foldBytes(std::uint32_t value, std::uint32_t predicted)
+{
+    std::uint32_t folded = 0;
+    for (unsigned shift = 0; shift < 32; shift += 8) {
+        const std::uint32_t d = ((value >> shift) - (predicted >> shift)) & 0xFFU;
+        folded |= ((d << 1 & 0xFFU) ^ ((d & 0x80U) != 0 ? 0xFFU : 0U)) << shift;
+    }
+    return folded;
+}
+
+std::uint32_t unfoldBytes(std::uint32_t folded, std::uint32_t predicted)
+{
+    std::uint32_t value = 0;
+    for (unsigned shift = 0; shift < 32; shift += 8) {
+        const std::uint32_t f = folded >> shift & 0xFFU;
+        value |= (((f >> 1 ^ (0U - (f & 1U))) + (predicted >> shift)) & 0xFFU) << shift;
+    }
+    return value;
 }
 
 /// ChartPoint::bits of every vertex of the pattern.
@@ -250,11 +284,60 @@ void encodeParameters(unsigned factor, const std::vector<std::uint32_t>& paramet
 
 void decodeParameters(unsigned factor, std::vector<std::uint32_t>& parameters)
 {
-    gatherHalves(parameters);
+    gatherBytes(parameters);
     const std::vector<std::uint32_t> predicted = patternParameters(factor);
     assert(parameters.size() % predicted.size() == 0);
     for (std::size_t v = 0; v < parameters.size(); ++v) {
         parameters[v] = addHalves(predicted[v % predicted.size()], parameters[v]);
+    }
+}
+
+void encodeUvs(unsigned factor, const std::vector<std::uint32_t>& uvs, std::uint8_t* content)
+{
+    const std::vector<Prediction> predictions = makePredictions(factor);
+    const std::size_t count = predictions.size();
+    assert(uvs.size() % count == 0);
+    for (std::size_t v = 0; v < uvs.size(); ++v) {
+        const auto inPatch = static_cast<std::uint32_t>(v % count);
+        storeHalves(uvs, v, predictHalves(uvs.data() + (v - inPatch), inPatch, predictions[inPatch]), content);
+    }
+}
+
+void decodeUvs(unsigned factor, std::vector<std::uint32_t>& uvs)
+{
+    gatherBytes(uvs);
+    const std::vector<Prediction> predictions = makePredictions(factor);
+    assert(uvs.size() % predictions.size() == 0);
+    for (std::size_t first = 0; first < uvs.size(); first += predictions.size()) {
+        std::uint32_t* patch = uvs.data() + first;
+        for (std::uint32_t v = 0; v < predictions.size(); ++v) {
+            patch[v] = addHalves(predictHalves(patch, v, predictions[v]), patch[v]);
+        }
+    }
+}
+
+void encodeColors(unsigned factor, const std::vector<std::uint32_t>& colors, std::uint8_t* content)
+{
+    const std::vector<Prediction> predictions = makePredictions(factor);
+    const std::size_t count = predictions.size();
+    assert(colors.size() % count == 0);
+    for (std::size_t v = 0; v < colors.size(); ++v) {
+        const std::uint32_t* patch = colors.data() + v / count * count;
+        const std::uint32_t predicted = v % count == 0 ? 0 : patch[predictions[v % count].plus0];
+        storeBytes(foldBytes(colors[v], predicted), v, colors.size(), content);
+    }
+}
+
+void decodeColors(unsigned factor, std::vector<std::uint32_t>& colors)
+{
+    gatherBytes(colors);
+    const std::vector<Prediction> predictions = makePredictions(factor);
+    assert(colors.size() % predictions.size() == 0);
+    for (std::size_t first = 0; first < colors.size(); first += predictions.size()) {
+        std::uint32_t* patch = colors.data() + first;
+        for (std::uint32_t v = 0; v < predictions.size(); ++v) {
+            patch[v] = unfoldBytes(patch[v], v == 0 ? 0 : patch[predictions[v].plus0]);
+        }
     }
 }
 
@@ -275,7 +358,7 @@ void encodeNormals(std::uint32_t resolution, const std::vector<std::uint32_t>& n
 
 void decodeNormals(std::uint32_t resolution, std::vector<std::uint32_t>& normals)
 {
-    gatherHalves(normals);
+    gatherBytes(normals);
     const std::uint32_t texels = NormalTexture::texelCount(resolution);
     for (std::size_t first = 0; first < normals.size(); first += texels) {
         std::uint32_t* patch = normals.data() + first;

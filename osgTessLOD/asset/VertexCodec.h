@@ -21,6 +21,8 @@ namespace osgTessLOD {
 ///     vertices   x0–7  x8–15  y0–7  y8–15  z0–7  z8–15  p0–7  (p8–12 | x16 << 5 | y16 << 6 | z16 << 7)
 ///     parameters u0–7  u8–15  v0–7  v8–15
 ///     normals    x0–7  x8–15  y0–7  y8–15
+///     uvs        u0–7  u8–15  v0–7  v8–15
+///     colors     red  green  blue  alpha
 constexpr std::size_t kCodecBlock = std::size_t{1} << 17;
 
 /// `content` has 8 · vertices.size() bytes; the vertices are whole patches of pattern `factor`. Positions are
@@ -40,5 +42,13 @@ OSGTESSLOD_EXPORT void decodeParameters(unsigned factor, std::vector<std::uint32
 OSGTESSLOD_EXPORT void encodeNormals(std::uint32_t resolution, const std::vector<std::uint32_t>& normals,
                                      std::uint8_t* content);
 OSGTESSLOD_EXPORT void decodeNormals(std::uint32_t resolution, std::vector<std::uint32_t>& normals);
+
+/// As encodeVertices for LodLevel::uvs, 4 · uvs.size() bytes, predicted as positions are.
+OSGTESSLOD_EXPORT void encodeUvs(unsigned factor, const std::vector<std::uint32_t>& uvs, std::uint8_t* content);
+OSGTESSLOD_EXPORT void decodeUvs(unsigned factor, std::vector<std::uint32_t>& uvs);
+
+/// As encodeVertices for LodLevel::colors, 4 · colors.size() bytes. A colour is predicted as that of a vertex next to it.
+OSGTESSLOD_EXPORT void encodeColors(unsigned factor, const std::vector<std::uint32_t>& colors, std::uint8_t* content);
+OSGTESSLOD_EXPORT void decodeColors(unsigned factor, std::vector<std::uint32_t>& colors);
 
 } // namespace osgTessLOD

@@ -3,11 +3,13 @@
 
 #include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/bake/AssetAssembler.h>
+#include <osgTessLOD/bake/AttributeLevels.h>
 #include <osgTessLOD/bake/BuiltinSurface.h>
 #include <osgTessLOD/bake/ChartError.h>
 #include <osgTessLOD/bake/NormalBaker.h>
 #include <osgTessLOD/bake/PatchChart.h>
 #include <osgTessLOD/bake/RefinedPatches.h>
+#include <osgTessLOD/bake/SharedUvMap.h>
 #include <osgTessLOD/bake/UniformLevels.h>
 
 #include <fmt/format.h>
@@ -89,8 +91,7 @@ void checkTechnique(const BakeOptions& options)
     }
 }
 
-std::unique_ptr<RefinedPatches> makeMeshPatches(const std::string& path, const BakeOptions& options, Progress& progress,
-                                                BakeReport& report)
+SourceMesh readMesh(const std::string& path, Progress& progress, BakeReport& report)
 {
     progress.begin("import", 1, "file");
     SourceMesh mesh = timed(report, "import", [&] { return importMesh(path); });
@@ -101,11 +102,41 @@ std::unique_ptr<RefinedPatches> makeMeshPatches(const std::string& path, const B
     normalizeFrame(mesh);
     progress.step(1);
     progress.end();
+    return mesh;
+}
+
+/// A map from patches to a mesh, and that mesh to measure charts against.
+struct MeshMap {
+    std::unique_ptr<PatchMap> map;
+    const SourceMesh* source = nullptr;     ///< the map's own
+    const SourceSamples* samples = nullptr; ///< the map's own
+};
+
+MeshMap makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
     auto controlMesh = timed(report, "control mesh", [&] {
         return std::make_unique<ControlMesh>(std::move(mesh), options.controlMesh, progress);
     });
-    return timed(report, "refine patches", [&] {
+    auto patches = timed(report, "refine patches", [&] {
         return std::make_unique<RefinedPatches>(std::move(controlMesh), options.maxFactor, options.patchTolerance, progress);
+    });
+    const SourceMesh& source = patches->base().source();
+    const SourceSamples& samples = patches->sourceSamples();
+    return {std::move(patches), &source, &samples};
+}
+
+MeshMap makeSharedUvPatches(SourceMesh mesh, const BakeOptions& options, BakeReport& report)
+{
+    return timed(report, "shared texture coordinates", [&] {
+        SourceMesh coarse = importMesh(options.base);
+        cleanMesh(coarse);
+        SharedUvOptions sharing;
+        sharing.tolerance = options.uvTolerance;
+        sharing.creaseAngleRadians = options.controlMesh.creaseAngleRadians;
+        auto shared = std::make_unique<SharedUvMap>(std::move(coarse), std::move(mesh), sharing);
+        const SourceMesh& source = shared->source();
+        const SourceSamples& samples = shared->sourceSamples();
+        return MeshMap{std::move(shared), &source, &samples};
     });
 }
 
@@ -137,21 +168,22 @@ PatchedSurface makeLevels(const std::string& source, const BakeOptions& options,
     checkTechnique(options);
     const std::vector<std::uint16_t> ladder = ladderOf(options);
     PatchedSurface surface;
-    const RefinedPatches* mesh = nullptr;
-    if (source.rfind(kBuiltinPrefix, 0) == 0) {
+    MeshMap mesh;
+    report.isMesh = source.rfind(kBuiltinPrefix, 0) != 0;
+    if (!report.isMesh) {
+        if (!options.base.empty()) { throw AssetError("a built-in surface has its own base mesh"); }
         surface.map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
     } else {
-        auto meshPatches = makeMeshPatches(source, options, progress, report);
-        mesh = meshPatches.get();
-        surface.map = std::move(meshPatches);
+        SourceMesh read = readMesh(source, progress, report);
+        mesh = options.base.empty() ? makeMeshPatches(std::move(read), options, progress, report)
+                                    : makeSharedUvPatches(std::move(read), options, report);
+        surface.map = std::move(mesh.map);
     }
-    report.isMesh = mesh != nullptr;
     surface.charts = timed(report, "charts",
                            [&] { return makeCharts(*surface.map, kReferenceOversampling * options.maxFactor, progress); });
-    if (mesh != nullptr) {
-        timed(report, "chart distance", [&] {
-            measureChartErrors(mesh->base().source(), mesh->sourceSamples(), surface.charts, progress);
-        });
+    if (report.isMesh) {
+        timed(report, "chart distance",
+              [&] { measureChartErrors(*mesh.source, *mesh.samples, surface.charts, progress); });
     }
     surface.hierarchy = timed(report, "levels", [&] {
         const PatchTopology& topology = surface.map->topology();
@@ -173,6 +205,12 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
     LodAsset asset = timed(report, "errors", [&] {
         return assembleAsset(*surface.map, surface.charts, surface.hierarchy, options.tolerance, progress);
     });
+    const SurfaceAttributes& attributes = surface.map->attributes();
+    if (attributes.uvs || attributes.colors) {
+        timed(report, "attributes", [&] {
+            addAttributes(surface.map->topology(), surface.charts, surface.hierarchy, asset, progress);
+        });
+    }
     asset.technique = options.technique;
     asset.source = source.substr(source.find_last_of('/') + 1);
     asset.sourceTriangles = surface.map->sourceTriangles();
@@ -180,6 +218,8 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
         asset.normals = timed(report, "normals", [&] {
             return bakeNormals(surface.map->topology(), surface.charts, surface.charts.factor, progress);
         });
+    } else {
+        for (LodLevel& level : asset.levels) { level.parameters.clear(); } // only normals are looked up by them
     }
     timed(report, "validate", [&] { asset.validate(); });
 
@@ -189,6 +229,8 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
     report.diagonal = surface.map->frame().scale;
     report.largestChartError = largestChartError(asset);
     report.stored = summarize(asset);
+    report.hasUvs = asset.hasUvs();
+    report.uvStep = std::max(asset.uvLattice.step[0], asset.uvLattice.step[1]);
     report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     report.peakBytes = peakResidentBytes();
     return asset;
@@ -210,7 +252,8 @@ std::string BakeReport::toJson() const
                             {"non_manifold_edges", cleaning.nonManifoldEdges},
                             {"non_manifold_vertices", cleaning.nonManifoldVertices},
                             {"boundary_edges", cleaning.boundaryEdges},
-                            {"components", cleaning.components}};
+                            {"components", cleaning.components},
+                            {"faces_without_uvs", cleaning.facesWithoutUvs}};
         json["largest_chart_error"] = largestChartError;
     }
     for (const AssetSummary::Level& level : stored.levels) {
@@ -221,7 +264,9 @@ std::string BakeReport::toJson() const
                                   {"triangles", level.triangles},
                                   {"largest_error", level.largestError},
                                   {"mean_error", level.meanError}});
+        if (hasUvs) { json["levels"].back()["largest_uv_error"] = level.largestUvError; }
     }
+    if (hasUvs) { json["uv_step"] = uvStep; }
     json["finest_vertices"] = stored.finestVertices;
     json["finest_triangles"] = stored.finestTriangles;
     json["largest_finest_error"] = stored.largestFinestError;

@@ -23,6 +23,10 @@ namespace osgTessLOD::bake {
 struct BakeOptions {
     unsigned maxFactor = 64;                ///< factor of the finest level, a power of two up to 64
     ControlMeshOptions controlMesh;         ///< for mesh sources
+    /// For a mesh source: file of a coarse mesh with the same texture coordinates, whose triangles become the patches
+    /// (SharedUvMap). Empty: patches are made of the source.
+    std::string base;
+    double uvTolerance = 0.02;              ///< with `base`: SharedUvOptions::tolerance
     /// Patches of a mesh are bisected until their finest level is estimated to be this near, in units of the model's size.
     double patchTolerance = 0.0007;
     /// No finer level of a patch is stored once its distance from the reference is at most this, in units of the model's
@@ -53,6 +57,8 @@ struct BakeReport {
     std::uint64_t patches = 0;
     double diagonal = 0.0;                  ///< of the source's bounding box, source units
     double largestChartError = 0.0;         ///< source units
+    bool hasUvs = false;
+    double uvStep = 0.0;                    ///< between texture coordinates that can be stored
     AssetSummary stored;
     std::vector<Stage> stages;
     StripReport strips;                     ///< for technique "strips": what the stage "levels" spent its time on

@@ -43,11 +43,30 @@ struct Candidate {
     }
 };
 
-/// The triangle (0, j+1, j+2) of a polygon that holds p.
-template <typename Polygon> FacePoint locateInFan(unsigned size, const Polygon& at, const Vector2d& p)
+/// first … last − 1 of the sectors around v, or of the new faces.
+struct Side {
+    unsigned first;
+    unsigned last;
+};
+
+/// The new faces on the same side of the crease as a sector, and the other way round.
+Side newFacesBeside(unsigned sector, unsigned ringSize, unsigned crease)
+{
+    if (crease == 0) { return {0, ringSize - 2}; }
+    return sector < crease ? Side{0, crease - 1} : Side{crease - 1, ringSize - 2};
+}
+
+Side sectorsBeside(unsigned newFace, unsigned ringSize, unsigned crease)
+{
+    if (crease == 0) { return {0, ringSize}; }
+    return newFace + 1 < crease ? Side{0, crease} : Side{crease, ringSize};
+}
+
+/// The triangle (0, j+1, j+2) of a polygon that holds p, among those on its side.
+template <typename Polygon> FacePoint locateInFan(Side side, const Polygon& at, const Vector2d& p)
 {
     Candidate best;
-    for (unsigned j = 0; j + 2 < size; ++j) { best.offer(j, p, at(0), at(j + 1), at(j + 2)); }
+    for (unsigned j = side.first; j < side.last; ++j) { best.offer(j, p, at(0), at(j + 1), at(j + 2)); }
     return {best.index, best.clamped()};
 }
 
@@ -74,7 +93,7 @@ double CollapseHistory::Step::quality() const
 FacePoint CollapseHistory::Step::carry(unsigned sector, const Vector3d& weights) const
 {
     const auto at = [&](unsigned i) -> Vector2d { return ring[i % ringSize].cast<double>(); };
-    return locateInFan(ringSize, at,
+    return locateInFan(newFacesBeside(sector, ringSize, crease), at,
                        weights[0] * center.cast<double>() + weights[1] * at(sector) + weights[2] * at(sector + 1));
 }
 
@@ -87,6 +106,7 @@ CollapseHistory::CollapseHistory(std::uint32_t sourceFaces)
 std::uint32_t CollapseHistory::add(const Step& step)
 {
     assert(step.ringSize >= 3 && step.ringSize <= kMaxRing);
+    assert(step.crease == 0 || (step.crease > 1 && step.crease + 1 < step.ringSize));
     const auto number = static_cast<std::uint32_t>(_steps.size());
     const auto firstNew = static_cast<std::uint32_t>(_replacedBy.size());
     StoredStep stored{};
@@ -95,6 +115,7 @@ std::uint32_t CollapseHistory::add(const Step& step)
     stored.firstNewFace = firstNew;
     stored.ringSize = static_cast<std::uint8_t>(step.ringSize);
     stored.gap = static_cast<std::uint8_t>(std::min<unsigned>(step.gap, kMaxRing));
+    stored.crease = static_cast<std::uint8_t>(step.crease);
     _ring.push_back(step.center);
     for (unsigned i = 0; i < step.ringSize; ++i) {
         _ring.push_back(step.ring[i]);
@@ -125,7 +146,7 @@ FacePoint CollapseHistory::toCoarse(FacePoint point) const
                            point.barycentric[(corner + 1) % 3] * ringPoint(step, sector) +
                            point.barycentric[(corner + 2) % 3] * ringPoint(step, sector + 1);
         point = locateInFan(
-            step.ringSize, [&](unsigned i) { return ringPoint(step, i); }, p);
+            newFacesBeside(sector, step.ringSize, step.crease), [&](unsigned i) { return ringPoint(step, i); }, p);
         point.face += step.firstNewFace;
     }
     return point;
@@ -140,7 +161,8 @@ FacePoint CollapseHistory::toSource(FacePoint point) const
                            point.barycentric[2] * ringPoint(step, j + 2);
         const Vector2d center = _ring[step.firstRing].cast<double>();
         Candidate best;
-        for (unsigned i = 0; i < step.ringSize; ++i) {
+        const Side side = sectorsBeside(j, step.ringSize, step.crease);
+        for (unsigned i = side.first; i < side.last; ++i) {
             if (i != step.gap) { best.offer(i, p, center, ringPoint(step, i), ringPoint(step, i + 1)); }
         }
         const std::uint32_t entry = _oldFaces[step.firstOldFace + best.index];

@@ -28,7 +28,7 @@ struct FacePoint {
 ///        r4 ───── r5                 r4 ───── r5
 ///
 /// Both triangulations are laid into one plane, where every triangle of both is positively oriented, so a point passes
-/// from one to the other by its position there. Every face ever made has its own number: the source's faces come
+/// from one to the other by its position there; along a crease, from one side's triangles to the same side's. Every face ever made has its own number: the source's faces come
 /// first, in their order.
 class OSGTESSLOD_EXPORT CollapseHistory {
 public:
@@ -44,6 +44,9 @@ public:
         Eigen::Vector2f center;                      ///< of v
         std::array<std::uint32_t, kMaxRing> oldFace; ///< face of sector i, (v, ring[i], ring[i+1])
         std::array<std::uint8_t, kMaxRing> corner;   ///< which corner of that face v is
+        /// Ring index of the other end of a crease or seam through v and w, whose sides points do not change; 0: none. v, w
+        /// and that end lie on one line of the plane.
+        unsigned crease = 0;
 
         static constexpr unsigned kNoGap = 0xFFFFFFFFU;
 
@@ -79,6 +82,7 @@ private:
         std::uint32_t firstNewFace;
         std::uint8_t ringSize;
         std::uint8_t gap;           ///< kMaxRing: none
+        std::uint8_t crease;
     };
 
     std::uint32_t _sourceFaces;

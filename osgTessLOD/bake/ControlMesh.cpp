@@ -2,6 +2,7 @@
 #include <osgTessLOD/bake/ControlMesh.h>
 
 #include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/bake/SourceSurface.h>
 #include <osgTessLOD/bake/SurfaceCollapser.h>
 
 #include <Eigen/Geometry>
@@ -41,6 +42,7 @@ ControlMesh::ControlMesh(SourceMesh source, const ControlMeshOptions& options, P
 {
     _frame = _source.frame;
     _name = _source.name;
+    _attributes = attributesOf(_source);
     const std::vector<RemainingFace> faces = collapseSurface(_source, options, _history, progress);
 
     std::vector<std::uint32_t> baseOf(_source.positions.size(), CollapseHistory::kNone);
@@ -70,7 +72,7 @@ ControlMesh::ControlMesh(SourceMesh source, const ControlMeshOptions& options, P
     for (std::size_t t = 0; t < _source.triangles.size(); ++t) {
         for (const std::uint32_t v : _source.triangles[t]) { _faceOfVertex[v] = static_cast<std::uint32_t>(t); }
     }
-    computeNormals(options.creaseAngleRadians);
+    _cornerNormals = cornerNormals(_source, options.creaseAngleRadians);
     _stretchMap = std::make_unique<StretchMap>(_topology, bisectPatches(progress), std::vector<char>{}, progress);
 }
 
@@ -105,52 +107,6 @@ BisectionForest ControlMesh::bisectPatches(Progress& progress) const
     progress.step(points.size());
     progress.end();
     return forest;
-}
-
-/// Corner normals: angle-weighted means of those faces around the vertex that are within the crease angle.
-void ControlMesh::computeNormals(double creaseAngleRadians)
-{
-    const std::size_t triangles = _source.triangles.size();
-    const auto cosine = static_cast<float>(std::cos(creaseAngleRadians));
-    std::vector<Eigen::Vector3f> faceNormals(triangles);
-    std::vector<std::array<float, 3>> angles(triangles);
-    std::vector<std::uint32_t> first(_source.positions.size() + 1, 0);
-    for (std::size_t t = 0; t < triangles; ++t) {
-        const auto& corners = _source.triangles[t];
-        std::array<Eigen::Vector3d, 3> p;
-        for (std::size_t k = 0; k < 3; ++k) {
-            p[k] = _source.positions[corners[k]];
-            ++first[corners[k] + 1];
-        }
-        const Eigen::Vector3d n = (p[1] - p[0]).cross(p[2] - p[0]);
-        faceNormals[t] = n.norm() > 0.0 ? n.normalized().cast<float>() : Eigen::Vector3f(0.0F, 0.0F, 0.0F);
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Eigen::Vector3d a = p[(k + 1) % 3] - p[k];
-            const Eigen::Vector3d b = p[(k + 2) % 3] - p[k];
-            angles[t][k] = static_cast<float>(std::atan2(a.cross(b).norm(), a.dot(b)));
-        }
-    }
-    for (std::size_t v = 0; v + 1 < first.size(); ++v) { first[v + 1] += first[v]; }
-    std::vector<std::uint32_t> incident(3 * triangles); // triangle · 3 + corner, by vertex
-    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
-    for (std::size_t t = 0; t < triangles; ++t) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            incident[next[_source.triangles[t][k]]++] = static_cast<std::uint32_t>(3 * t + k);
-        }
-    }
-    _cornerNormals.resize(triangles);
-    for (std::size_t t = 0; t < triangles; ++t) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t v = _source.triangles[t][k];
-            Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-            for (std::uint32_t i = first[v]; i < first[v + 1]; ++i) {
-                const Eigen::Vector3f& n = faceNormals[incident[i] / 3];
-                if (n.dot(faceNormals[t]) >= cosine) { sum += angles[incident[i] / 3][incident[i] % 3] * n; }
-            }
-            const float length = sum.norm();
-            _cornerNormals[t][k] = length > 0.0F ? Eigen::Vector3f(sum / length) : faceNormals[t];
-        }
-    }
 }
 
 FacePoint ControlMesh::toCollapsed(const FacePoint& sourcePoint) const
@@ -198,21 +154,12 @@ FacePoint ControlMesh::patchPointOf(std::uint32_t vertex) const
 
 Eigen::Vector3d ControlMesh::position(const FacePoint& sourcePoint) const
 {
-    const auto& t = _source.triangles[sourcePoint.face];
-    return sourcePoint.barycentric[0] * _source.positions[t[0]] + sourcePoint.barycentric[1] * _source.positions[t[1]] +
-           sourcePoint.barycentric[2] * _source.positions[t[2]];
+    return positionAt(_source, sourcePoint);
 }
 
 SurfacePoint ControlMesh::evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const
 {
-    const FacePoint at = toSource({patch, barycentric});
-    const auto& normals = _cornerNormals[at.face];
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    for (std::size_t k = 0; k < 3; ++k) {
-        normal += at.barycentric[static_cast<Eigen::Index>(k)] * normals[k].cast<double>();
-    }
-    const double length = normal.norm();
-    return {position(at), length > 0.0 ? Eigen::Vector3d(normal / length) : Eigen::Vector3d::UnitZ()};
+    return surfaceAt(_source, _cornerNormals, toSource({patch, barycentric}));
 }
 
 } // namespace osgTessLOD::bake

@@ -71,7 +71,6 @@ private:
     FacePoint toCollapsed(const FacePoint& sourcePoint) const;
     FacePoint fromCollapsed(const FacePoint& patchPoint) const;
     BisectionForest bisectPatches(Progress& progress) const;
-    void computeNormals(double creaseAngleRadians);
 
     SourceMesh _source;
     CollapseHistory _history;

@@ -22,14 +22,24 @@ namespace osgTessLOD::bake {
 
 /// What a reader collects: triangles as the file has them, polygons fan-triangulated.
 struct RawMesh {
+    static constexpr std::uint32_t kNoUv = 0xFFFFFFFFU;
+
     std::vector<Eigen::Vector3d> positions;
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<std::uint32_t> quads;       ///< first of the two triangles of each quadrilateral
+    std::vector<Rgba> colors;               ///< of the positions; empty: the file has none
+    std::vector<Eigen::Vector2f> uvs;       ///< texture coordinates, as the file has them; empty: none
+    /// Per triangle the numbers of its corners' texture coordinates, kNoUv where it has none. Empty, with uvs: every vertex
+    /// has the texture coordinates of its own number.
+    std::vector<std::array<std::uint32_t, 3>> uvTriangles;
 
     /// Adds a polygon, as a fan around its first corner. One or two corners give a triangle without area, for cleanMesh()
-    /// to drop and count; none gives nothing.
-    void addPolygon(const std::vector<std::uint32_t>& corners);
+    /// to drop and count; none gives nothing. `uvNumbers`, as many as corners, go to uvTriangles; empty: it has none.
+    void addPolygon(const std::vector<std::uint32_t>& corners, const std::vector<std::uint32_t>& uvNumbers = {});
 };
+
+/// A colour's channel from 0 … 1 to 0 … 255; what is no number becomes 0.
+std::uint8_t colorByte(double channel);
 
 /// Each parses the whole content of a file. They throw AssetError with the fault alone: the caller adds the file's name.
 /// Vertex references are checked, coordinates are not. No count is believed before the content was seen to be large

@@ -51,59 +51,142 @@ private:
     std::string _joined;
 };
 
-/// Corner "v", "v/vt", "v//vn" or "v/vt/vn" → v counted from 0; −1 when it is not one. A negative v counts back from the
-/// vertices so far; a positive one may refer to a vertex that follows.
-std::int64_t objCorner(std::string_view token, std::size_t verticesSoFar)
+/// Part of a corner "v", "v/vt", "v//vn" or "v/vt/vn" → its number counted from 0; −1 when it is not one. A negative one counts
+/// back from those so far; a positive one may refer to what follows.
+std::int64_t objIndex(std::string_view part, std::size_t soFar)
 {
     std::int64_t index = 0;
-    if (!parseInteger(token.substr(0, token.find('/')), index)) { return -1; }
-    return index > 0 ? index - 1 : index < 0 ? static_cast<std::int64_t>(verticesSoFar) + index : -1;
+    if (!parseInteger(part, index)) { return -1; }
+    return index > 0 ? index - 1 : index < 0 ? static_cast<std::int64_t>(soFar) + index : -1;
 }
+
+/// The vt of a corner, empty if it has none.
+std::string_view uvPart(std::string_view corner)
+{
+    const std::size_t slash = corner.find('/');
+    if (slash == corner.npos) { return {}; }
+    const std::string_view rest = corner.substr(slash + 1);
+    return rest.substr(0, rest.find('/'));
+}
+
+class ObjParser {
+public:
+    explicit ObjParser(const std::string& content)
+        : _lines(content)
+    {
+    }
+
+    RawMesh parse()
+    {
+        for (std::string_view line; _lines.next(line);) {
+            Cursor words(line);
+            const std::string_view keyword = words.token();
+            if (keyword == "v") {
+                addVertex(words);
+            } else if (keyword == "vt") {
+                addUv(words);
+            } else if (keyword == "f") {
+                addFace(words);
+            }
+        }
+        if (_mesh.positions.size() > kMaxElements) { throw AssetError("more than 2^32 vertices"); }
+        _vertices.check("vertex", _mesh.positions.size());
+        _uvs.check("texture coordinates", _mesh.uvs.size());
+        if (_mesh.uvTriangles.empty()) { _mesh.uvs.clear(); }
+        return std::move(_mesh);
+    }
+
+private:
+    /// The largest number referred to, and where.
+    struct Largest {
+        std::int64_t index = -1;
+        std::string where;
+
+        void check(const char* what, std::size_t count) const
+        {
+            if (index < static_cast<std::int64_t>(count)) { return; }
+            throw AssetError(where + " refers to " + what + " " + std::to_string(index + 1) + ", but there are only " +
+                             std::to_string(count));
+        }
+    };
+
+    void addVertex(Cursor& words)
+    {
+        Eigen::Vector3d position;
+        if (!parsePosition(words, position)) {
+            throw AssetError(_lines.where() + ": vertex " + std::to_string(_mesh.positions.size() + 1) +
+                             " has not three coordinates");
+        }
+        std::array<double, 3> rgb{};
+        const bool hasColor = parseNumber(words.token(), rgb[0]) && parseNumber(words.token(), rgb[1]) &&
+                              parseNumber(words.token(), rgb[2]);
+        if (hasColor || !_mesh.colors.empty()) {
+            _mesh.colors.resize(_mesh.positions.size() + 1, kWhite);
+            if (hasColor) { _mesh.colors.back() = {colorByte(rgb[0]), colorByte(rgb[1]), colorByte(rgb[2]), 255}; }
+        }
+        _mesh.positions.push_back(position);
+    }
+
+    void addUv(Cursor& words)
+    {
+        double u = 0.0;
+        double v = 0.0; // may be left out
+        if (!parseNumber(words.token(), u)) {
+            throw AssetError(_lines.where() + ": texture coordinates " + std::to_string(_mesh.uvs.size() + 1) +
+                             " are no numbers");
+        }
+        const std::string_view second = words.token();
+        if (!second.empty() && !parseNumber(second, v)) {
+            throw AssetError(_lines.where() + ": texture coordinates " + std::to_string(_mesh.uvs.size() + 1) +
+                             " are no numbers");
+        }
+        _mesh.uvs.emplace_back(static_cast<float>(u), static_cast<float>(v));
+    }
+
+    std::uint32_t reference(std::string_view token, std::string_view part, std::size_t soFar, const char* what,
+                            Largest& largest) const
+    {
+        const std::int64_t index = objIndex(part, soFar);
+        const auto here = [&] { return _lines.where() + ": face " + std::to_string(_faceCount); };
+        if (index < 0 || static_cast<std::uint64_t>(index) >= kMaxElements) {
+            throw AssetError(here() + " refers to " + what + " " + quoted(token) + ", which does not exist");
+        }
+        if (index > largest.index) { largest = {index, here()}; }
+        return static_cast<std::uint32_t>(index);
+    }
+
+    void addFace(Cursor& words)
+    {
+        ++_faceCount;
+        _corners.clear();
+        _uvCorners.clear();
+        for (std::string_view token = words.token(); !token.empty(); token = words.token()) {
+            const std::string_view vertex = token.substr(0, token.find('/'));
+            _corners.push_back(reference(token, vertex, _mesh.positions.size(), "vertex", _vertices));
+            const std::string_view uv = uvPart(token);
+            if (uv.empty()) { continue; }
+            _uvCorners.push_back(reference(token, uv, _mesh.uvs.size(), "texture coordinates", _uvs));
+        }
+        if (_uvCorners.size() != _corners.size()) { _uvCorners.clear(); } // all corners or none
+        _mesh.addPolygon(_corners, _uvCorners);
+    }
+
+    static constexpr Rgba kWhite{255, 255, 255, 255};
+
+    ObjLines _lines;
+    RawMesh _mesh;
+    std::uint64_t _faceCount = 0;
+    Largest _vertices;
+    Largest _uvs;
+    std::vector<std::uint32_t> _corners;
+    std::vector<std::uint32_t> _uvCorners;
+};
 
 } // namespace
 
 RawMesh parseObj(const std::string& content)
 {
-    RawMesh mesh;
-    ObjLines lines(content);
-    std::uint64_t faceCount = 0;
-    std::int64_t largestIndex = -1;
-    std::string largestWhere;
-    std::vector<std::uint32_t> corners;
-    for (std::string_view line; lines.next(line);) {
-        Cursor words(line);
-        const std::string_view keyword = words.token();
-        if (keyword == "v") {
-            Eigen::Vector3d position;
-            if (!parsePosition(words, position)) {
-                throw AssetError(lines.where() + ": vertex " + std::to_string(mesh.positions.size() + 1) +
-                                 " has not three coordinates");
-            }
-            mesh.positions.push_back(position);
-        } else if (keyword == "f") {
-            ++faceCount;
-            corners.clear();
-            for (std::string_view token = words.token(); !token.empty(); token = words.token()) {
-                const std::int64_t index = objCorner(token, mesh.positions.size());
-                if (index < 0 || static_cast<std::uint64_t>(index) >= kMaxElements) {
-                    throw AssetError(lines.where() + ": face " + std::to_string(faceCount) + " refers to vertex " +
-                                     quoted(token) + ", which does not exist");
-                }
-                if (index > largestIndex) {
-                    largestIndex = index;
-                    largestWhere = lines.where() + ": face " + std::to_string(faceCount);
-                }
-                corners.push_back(static_cast<std::uint32_t>(index));
-            }
-            mesh.addPolygon(corners);
-        }
-    }
-    if (mesh.positions.size() > kMaxElements) { throw AssetError("more than 2^32 vertices"); }
-    if (largestIndex >= static_cast<std::int64_t>(mesh.positions.size())) {
-        throw AssetError(largestWhere + " refers to vertex " + std::to_string(largestIndex + 1) +
-                         ", but there are only " + std::to_string(mesh.positions.size()));
-    }
-    return mesh;
+    return ObjParser(content).parse();
 }
 
 } // namespace osgTessLOD::bake

@@ -12,10 +12,14 @@
 namespace osgTessLOD::bake {
 
 /// The reference surface restricted to one patch, sampled at the vertices of a tessellation pattern in index order and
-/// linear on its triangles. What two patches share is bit-identical in both.
+/// linear on its triangles. What two patches share is bit-identical in both, but for texture coordinates where these have a
+/// seam.
 struct PatchChart {
     std::vector<Eigen::Vector3d> positions;  ///< working frame
     std::vector<Eigen::Vector3f> normals;    ///< unit
+    /// Texture coordinates on this patch's side of seams, NaN where there are none; empty: the map has none.
+    std::vector<Eigen::Vector2f> uvs;
+    std::vector<Eigen::Vector4f> colors;     ///< 0 … 1; empty: the map has none
     double chartError = 0.0;                 ///< two-sided distance to the source, working frame
 };
 
@@ -25,7 +29,8 @@ struct ChartSet {
     std::vector<PatchChart> charts;
 };
 
-/// Samples `map` on the pattern of `factor`: each base vertex and each border once, in the first patch that has it.
+/// Samples `map` on the pattern of `factor`: each base vertex and each border once, in the first patch that has it, and
+/// texture coordinates from each side, to see where there is a seam.
 /// Parallel over patches; the result does not depend on the number of threads.
 OSGTESSLOD_EXPORT ChartSet makeCharts(const PatchMap& map, unsigned factor, Progress& progress);
 

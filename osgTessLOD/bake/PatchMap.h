@@ -5,6 +5,7 @@
 #include <osgTessLOD/bake/PatchTopology.h>
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 
 namespace osgTessLOD::bake {
@@ -13,6 +14,16 @@ namespace osgTessLOD::bake {
 struct SurfacePoint {
     Eigen::Vector3d position;  ///< working frame
     Eigen::Vector3d normal;    ///< unit
+    /// Texture coordinates, NaN where there are none.
+    Eigen::Vector2f uv = Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
+    Eigen::Vector4f color = Eigen::Vector4f::Ones(); ///< red, green, blue, alpha, 0 … 1
+};
+
+/// What a detailed surface has beside its shape.
+struct SurfaceAttributes {
+    bool uvs = false;
+    bool colors = false;
+    Eigen::Vector2f uvTolerance = Eigen::Vector2f::Zero(); ///< texture coordinates no farther apart than this are no seam
 };
 
 /// Working frame: centred on the source's bounding box and scaled so that the box's diagonal is 1.
@@ -31,19 +42,22 @@ public:
     const PatchTopology& topology() const { return _topology; }
     const WorkingFrame& frame() const { return _frame; }
     const std::string& name() const { return _name; }
+    const SurfaceAttributes& attributes() const { return _attributes; }
     /// Triangles of the detailed surface.
     virtual std::uint64_t sourceTriangles() const = 0;
     /// Pattern factor at which sampling every patch gives those triangles; 0: the map has none of its own, choose.
     virtual unsigned referenceFactor() const { return 0; }
 
     /// The surface point at `barycentric` (weights of the patch's corners, ≥ 0, sum 1) of `patch`. Thread safe.
-    /// On a border the two patches' results agree up to rounding; on a corner likewise.
+    /// On a border the two patches' results agree up to rounding; on a corner likewise. Texture coordinates are those of the
+    /// patch's own side, and so differ where the border is a seam of them.
     virtual SurfacePoint evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const = 0;
 
 protected:
     PatchTopology _topology;
     WorkingFrame _frame;
     std::string _name;
+    SurfaceAttributes _attributes;
 };
 
 } // namespace osgTessLOD::bake

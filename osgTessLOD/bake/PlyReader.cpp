@@ -237,25 +237,88 @@ template <typename Values> void skipProperty(Values& values, const PlyProperty& 
     for (std::uint64_t i = 0; i < items; ++i) { values.real(property.type); }
 }
 
+/// What a vertex can have, by property name; the order of VertexChannel.
+enum VertexChannel : std::uint8_t { X, Y, Z, U, V, Red, Green, Blue, Alpha, kChannels };
+
+VertexChannel vertexChannel(const PlyProperty& property)
+{
+    struct Name {
+        std::string_view name;
+        VertexChannel channel;
+    };
+    static constexpr Name kNames[] = {{"x", X},         {"y", Y},         {"z", Z},         {"u", U},
+                                      {"v", V},         {"s", U},         {"t", V},         {"texture_u", U},
+                                      {"texture_v", V}, {"texture_s", U}, {"texture_t", V}, {"red", Red},
+                                      {"green", Green}, {"blue", Blue},   {"alpha", Alpha}};
+    if (property.countType != PlyType::None) { return kChannels; }
+    for (const auto& [name, channel] : kNames) {
+        if (property.name == name) { return channel; }
+    }
+    return kChannels;
+}
+
+/// What a colour of this type has to be divided by.
+double fullChannel(PlyType type)
+{
+    switch (type) {
+    case PlyType::Int8: return 127.0;
+    case PlyType::Uint8: return 255.0;
+    case PlyType::Int16: return 32767.0;
+    case PlyType::Uint16: return 65535.0;
+    case PlyType::Int32: return 2147483647.0;
+    case PlyType::Uint32: return 4294967295.0;
+    default: return 1.0;
+    }
+}
+
 template <typename Values> void readPlyVertices(Values& values, const PlyElement& element, RawMesh& mesh)
 {
-    std::vector<int> axes; // which coordinate each property is, −1 for none
-    std::array<bool, 3> found{};
+    std::vector<VertexChannel> channels;
+    std::array<bool, kChannels + 1> found{};
+    std::array<double, kChannels + 1> full{};
+    full.fill(1.0);
     for (const PlyProperty& p : element.properties) {
-        const bool isAxis = p.countType == PlyType::None && p.name.size() == 1 && p.name[0] >= 'x' && p.name[0] <= 'z';
-        axes.push_back(isAxis ? p.name[0] - 'x' : -1);
-        if (isAxis) { found[static_cast<std::size_t>(axes.back())] = true; }
+        channels.push_back(vertexChannel(p));
+        found[channels.back()] = true;
+        if (channels.back() >= Red) { full[channels.back()] = fullChannel(p.type); }
     }
-    if (!(found[0] && found[1] && found[2])) { throw AssetError("PLY header: vertices without x, y and z"); }
-    mesh.positions.resize(element.count, Eigen::Vector3d::Zero());
-    for (Eigen::Vector3d& position : mesh.positions) {
-        for (std::size_t i = 0; i < axes.size(); ++i) {
+    if (!(found[X] && found[Y] && found[Z])) { throw AssetError("PLY header: vertices without x, y and z"); }
+    const bool hasUvs = found[U] && found[V];
+    const bool hasColors = found[Red] && found[Green] && found[Blue];
+    mesh.positions.reserve(element.count);
+    mesh.uvs.reserve(hasUvs ? element.count : 0);
+    mesh.colors.reserve(hasColors ? element.count : 0);
+    std::array<double, kChannels + 1> value{};
+    value[Alpha] = 1.0;
+    for (std::uint64_t vertex = 0; vertex < element.count; ++vertex) {
+        for (std::size_t i = 0; i < channels.size(); ++i) {
             const PlyProperty& property = element.properties[i];
-            if (axes[i] < 0) {
+            if (channels[i] == kChannels) {
                 skipProperty(values, property);
             } else {
-                position[axes[i]] = values.real(property.type);
+                value[channels[i]] = values.real(property.type) / full[channels[i]];
             }
+        }
+        mesh.positions.emplace_back(value[X], value[Y], value[Z]);
+        if (hasUvs) { mesh.uvs.emplace_back(static_cast<float>(value[U]), static_cast<float>(value[V])); }
+        if (!hasColors) { continue; }
+        mesh.colors.push_back(
+            {colorByte(value[Red]), colorByte(value[Green]), colorByte(value[Blue]), colorByte(value[Alpha])});
+    }
+}
+
+/// Reads a face's list u0 v0 u1 v1 … into mesh.uvs, and their numbers into `uvNumbers`.
+template <typename Values>
+void readFaceUvs(Values& values, const PlyProperty& property, RawMesh& mesh, std::vector<std::uint32_t>& uvNumbers)
+{
+    const std::uint64_t length = listLength(values, property);
+    for (std::uint64_t i = 0; i < length; ++i) {
+        const auto value = static_cast<float>(values.real(property.type));
+        if (i % 2 == 1) {
+            mesh.uvs.back().y() = value;
+        } else {
+            uvNumbers.push_back(static_cast<std::uint32_t>(mesh.uvs.size()));
+            mesh.uvs.emplace_back(value, 0.0F);
         }
     }
 }
@@ -266,14 +329,23 @@ void readPlyFaces(Values& values, const PlyElement& element, std::uint64_t verte
     const auto isIndices = [](const PlyProperty& p) {
         return p.countType != PlyType::None && (p.name == "vertex_indices" || p.name == "vertex_index");
     };
+    const auto isUvs = [](const PlyProperty& p) { return p.countType != PlyType::None && p.name == "texcoord"; };
     if (std::none_of(element.properties.begin(), element.properties.end(), isIndices)) {
         throw AssetError("PLY header: faces without vertex_indices");
     }
+    // Texture coordinates of the faces are more exact than the vertices', which cannot differ between faces.
+    if (std::any_of(element.properties.begin(), element.properties.end(), isUvs)) { mesh.uvs.clear(); }
     mesh.triangles.reserve(element.count);
     std::vector<std::uint32_t> corners;
+    std::vector<std::uint32_t> uvNumbers;
     for (std::uint64_t face = 0; face < element.count; ++face) {
         corners.clear();
+        uvNumbers.clear();
         for (const PlyProperty& property : element.properties) {
+            if (isUvs(property)) {
+                readFaceUvs(values, property, mesh, uvNumbers);
+                continue;
+            }
             if (!isIndices(property)) {
                 skipProperty(values, property);
                 continue;
@@ -283,7 +355,11 @@ void readPlyFaces(Values& values, const PlyElement& element, std::uint64_t verte
                 corner = checkedIndex(values.integer(property.type), vertexCount, face);
             }
         }
-        mesh.addPolygon(corners);
+        if (uvNumbers.size() != corners.size()) { uvNumbers.clear(); } // all corners or none
+        mesh.addPolygon(corners, uvNumbers);
+    }
+    if (mesh.uvTriangles.empty() && std::any_of(element.properties.begin(), element.properties.end(), isUvs)) {
+        mesh.uvs.clear(); // no face has as many as corners
     }
 }
 

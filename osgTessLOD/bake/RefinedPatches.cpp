@@ -3,6 +3,7 @@
 
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/bake/ChartError.h>
+#include <osgTessLOD/bake/SourceSurface.h>
 
 #include <tbb/parallel_for.h>
 
@@ -23,24 +24,6 @@ BisectionForest::Limits wholePatches()
     limits.longestEdge = std::numeric_limits<double>::infinity();
     limits.mostPoints = std::numeric_limits<unsigned>::max();
     return limits;
-}
-
-/// The source's vertices, then its edges' middles and its faces' centroids. Of a boundary edge's middle, whose face runs
-/// down the vertices' numbers, the face's other samples must do.
-std::vector<FacePoint> samplePoints(const SourceMesh& source)
-{
-    std::vector<FacePoint> points(source.positions.size());
-    for (std::uint32_t t = 0; t < source.triangles.size(); ++t) {
-        for (Eigen::Index k = 0; k < 3; ++k) {
-            const Vector3d corner = Vector3d::Unit(k);
-            const Vector3d next = Vector3d::Unit((k + 1) % 3);
-            const std::uint32_t v = source.triangles[t][static_cast<std::size_t>(k)];
-            points[v] = {t, corner};
-            if (v < source.triangles[t][static_cast<std::size_t>((k + 1) % 3)]) { points.push_back({t, 0.5 * (corner + next)}); }
-        }
-        points.push_back({t, Vector3d::Constant(1.0 / 3.0)});
-    }
-    return points;
 }
 
 } // namespace
@@ -64,6 +47,7 @@ RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned facto
 {
     _frame = _base->frame();
     _name = _base->name();
+    _attributes = _base->attributes();
     _topology = _base->topology();
     const std::size_t mostPatches = std::max(kMostGrowth * _topology.patches.size(), kAlwaysAllowed);
     std::vector<FacePoint> samples = samplePoints(_base->source());

@@ -85,11 +85,47 @@ void improveQuads(RawMesh& mesh)
         Triangle& s = mesh.triangles[first];
         Triangle& t = mesh.triangles[first + 1];
         const Triangle turnedS{s[0], s[1], t[2]}, turnedT{s[1], s[2], t[2]};
-        if (!agree(s, t) && agree(turnedS, turnedT)) {
-            s = turnedS;
-            t = turnedT;
-        }
+        if (agree(s, t) || !agree(turnedS, turnedT)) { continue; }
+        s = turnedS;
+        t = turnedT;
+        if (mesh.uvTriangles.empty()) { continue; }
+        Triangle& uvS = mesh.uvTriangles[first];
+        Triangle& uvT = mesh.uvTriangles[first + 1];
+        const Triangle turnedUvT{uvS[1], uvS[2], uvT[2]};
+        uvS[2] = uvT[2];
+        uvT = turnedUvT;
     }
+}
+
+constexpr float kMaxUv = 1e6F; // beyond, single precision leaves nothing of a texture
+
+bool isUsable(const Eigen::Vector2f& uv)
+{
+    return std::fabs(uv.x()) <= kMaxUv && std::fabs(uv.y()) <= kMaxUv; // NaN is not
+}
+
+/// Texture coordinates of every corner; empty where no triangle has any.
+std::vector<std::array<Eigen::Vector2f, 3>> cornerUvs(const RawMesh& raw)
+{
+    std::vector<std::array<Eigen::Vector2f, 3>> uvs;
+    if (raw.uvs.empty()) { return uvs; }
+    const Eigen::Vector2f none = Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
+    const std::vector<Triangle>& numbers = raw.uvTriangles.empty() ? raw.triangles : raw.uvTriangles;
+    uvs.resize(numbers.size(), {none, none, none});
+    bool any = false;
+    for (std::size_t t = 0; t < numbers.size(); ++t) {
+        std::array<Eigen::Vector2f, 3> corners{none, none, none};
+        bool isMarked = true; // as untextured
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (numbers[t][k] != RawMesh::kNoUv) { corners[k] = raw.uvs[numbers[t][k]]; }
+            isMarked = isMarked && corners[k] == Eigen::Vector2f(-1.0F, -1.0F);
+        }
+        if (isMarked || !std::all_of(corners.begin(), corners.end(), isUsable)) { continue; }
+        uvs[t] = corners;
+        any = true;
+    }
+    if (!any) { uvs.clear(); }
+    return uvs;
 }
 
 // --------------------------------------------------------------------------------------------- weld, drop faces ---
@@ -118,6 +154,24 @@ std::uint64_t mix(std::uint64_t h, std::uint64_t value) // splitmix64's finalize
     return h ^ (h >> 31);
 }
 
+/// Of the `count` classes, by the class of every colour.
+std::vector<Rgba> meanColors(const std::vector<Rgba>& colors, const std::vector<std::uint32_t>& classes, std::uint32_t count)
+{
+    std::vector<std::array<std::uint32_t, 4>> sums(count);
+    std::vector<std::uint32_t> members(count, 0);
+    for (std::size_t i = 0; i < colors.size(); ++i) {
+        for (std::size_t k = 0; k < 4; ++k) { sums[classes[i]][k] += colors[i][k]; }
+        ++members[classes[i]];
+    }
+    std::vector<Rgba> means(count);
+    for (std::uint32_t c = 0; c < count; ++c) {
+        for (std::size_t k = 0; k < 4; ++k) {
+            means[c][k] = static_cast<std::uint8_t>((sums[c][k] + members[c] / 2) / members[c]);
+        }
+    }
+    return means;
+}
+
 std::uint64_t weldVertices(SourceMesh& mesh)
 {
     const auto hash = [&](std::uint32_t v) {
@@ -140,6 +194,7 @@ std::uint64_t weldVertices(SourceMesh& mesh)
     }
     const std::uint64_t welded = mesh.positions.size() - kept;
     mesh.positions.resize(kept);
+    if (!mesh.colors.empty()) { mesh.colors = meanColors(mesh.colors, index, kept); }
     for (Triangle& triangle : mesh.triangles) {
         for (std::uint32_t& v : triangle) { v = index[v]; }
     }
@@ -159,22 +214,35 @@ double boxDiagonal(const std::vector<Eigen::Vector3d>& positions, const Triangle
     return triangles.empty() ? 0.0 : (high - low).stableNorm();
 }
 
+/// Drops the faces, with what belongs to their corners, for which `isDropped(number)`. Returns how many.
+template <typename IsDropped> std::uint64_t dropFaces(SourceMesh& mesh, IsDropped isDropped)
+{
+    std::size_t kept = 0;
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
+        if (isDropped(f)) { continue; }
+        mesh.triangles[kept] = mesh.triangles[f];
+        if (!mesh.uvs.empty()) { mesh.uvs[kept] = mesh.uvs[f]; }
+        ++kept;
+    }
+    const std::uint64_t dropped = mesh.triangles.size() - kept;
+    mesh.triangles.resize(kept);
+    if (!mesh.uvs.empty()) { mesh.uvs.resize(kept); }
+    return dropped;
+}
+
 /// Faces with two equal corners, or whose doubled area is below 1e-30 of the box's diagonal squared. Doubles resolve
 /// 1e-16 of the diagonal, so that the smallest triangle they can tell from a line is about 1e-32: what this drops has no
 /// area beyond rounding at the mesh's size, and no real sliver is lost.
 std::uint64_t dropDegenerateFaces(SourceMesh& mesh)
 {
     const double diagonal = boxDiagonal(mesh.positions, mesh.triangles);
-    const auto isDegenerate = [&](const Triangle& t) {
+    return dropFaces(mesh, [&](std::uint32_t f) {
+        const Triangle& t = mesh.triangles[f];
         if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) { return true; }
         const Eigen::Vector3d& o = mesh.positions[t[0]];
         const Eigen::Vector3d a = (mesh.positions[t[1]] - o) / diagonal, b = (mesh.positions[t[2]] - o) / diagonal;
         return !(a.cross(b).stableNorm() > 1e-30);
-    };
-    const auto end = std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), isDegenerate);
-    const auto dropped = static_cast<std::uint64_t>(mesh.triangles.end() - end);
-    mesh.triangles.erase(end, mesh.triangles.end());
-    return dropped;
+    });
 }
 
 std::uint64_t dropDuplicateFaces(SourceMesh& mesh)
@@ -190,13 +258,7 @@ std::uint64_t dropDuplicateFaces(SourceMesh& mesh)
     };
     const auto equal = [&](std::uint32_t a, std::uint32_t b) { return sorted(a) == sorted(b); };
     const std::vector<std::uint32_t> first = firstOfEqual(mesh.triangles.size(), hash, equal);
-    std::size_t kept = 0;
-    for (std::uint32_t f = 0; f < first.size(); ++f) {
-        if (first[f] == f) { mesh.triangles[kept++] = mesh.triangles[f]; }
-    }
-    const std::uint64_t dropped = mesh.triangles.size() - kept;
-    mesh.triangles.resize(kept);
-    return dropped;
+    return dropFaces(mesh, [&](std::uint32_t f) { return first[f] != f; });
 }
 
 // ------------------------------------------------------------------------------------------- half-edges, orient ---
@@ -277,13 +339,15 @@ std::vector<std::uint8_t> chooseFlips(const Triangles& triangles, const Links& l
 }
 
 /// Turns faces by exchanging corners 1 and 2, which exchanges half-edges 0 and 2, in `links` too.
-std::uint64_t applyFlips(Triangles& triangles, Links& links, const std::vector<std::uint8_t>& flip)
+std::uint64_t applyFlips(SourceMesh& mesh, Links& links, const std::vector<std::uint8_t>& flip)
 {
+    Triangles& triangles = mesh.triangles;
     const auto renumbered = [&](std::uint32_t h) { return flip[h / 3] ? 3 * (h / 3) + 2 - h % 3 : h; };
     std::uint64_t turned = 0;
     for (std::size_t f = 0; f < triangles.size(); ++f) {
         if (!flip[f]) { continue; }
         std::swap(triangles[f][1], triangles[f][2]);
+        if (!mesh.uvs.empty()) { std::swap(mesh.uvs[f][1], mesh.uvs[f][2]); }
         std::swap(links.mate[3 * f], links.mate[3 * f + 2]);
         ++turned;
     }
@@ -344,6 +408,7 @@ std::uint64_t splitFans(SourceMesh& mesh, const Links& links)
         fans[vertex] = isFirst ? 1 : 2;
         if (!isFirst) {
             mesh.positions.push_back(Eigen::Vector3d(mesh.positions[vertex]));
+            if (!mesh.colors.empty()) { mesh.colors.push_back(Rgba(mesh.colors[vertex])); }
             vertex = static_cast<std::uint32_t>(mesh.positions.size() - 1);
         }
         visitFan(links, corner, [&](std::uint32_t h) {
@@ -365,10 +430,12 @@ std::uint64_t dropVertices(SourceMesh& mesh)
     for (std::size_t v = 0; v < newIndex.size(); ++v) {
         if (newIndex[v] == kNone) { continue; }
         mesh.positions[kept] = mesh.positions[v];
+        if (!mesh.colors.empty()) { mesh.colors[kept] = mesh.colors[v]; }
         newIndex[v] = kept++;
     }
     const std::uint64_t dropped = mesh.positions.size() - kept;
     mesh.positions.resize(kept);
+    if (!mesh.colors.empty()) { mesh.colors.resize(kept); }
     for (Triangle& triangle : mesh.triangles) {
         for (std::uint32_t& v : triangle) { v = newIndex[v]; }
     }
@@ -407,8 +474,10 @@ SourceMesh importMesh(const std::string& path)
         improveQuads(raw);
         SourceMesh mesh;
         mesh.name = path;
+        mesh.uvs = cornerUvs(raw);
         mesh.positions = std::move(raw.positions);
         mesh.triangles = std::move(raw.triangles);
+        mesh.colors = std::move(raw.colors);
         return mesh;
     } catch (const AssetError& error) {
         throw AssetError(path + ": " + error.what());
@@ -428,12 +497,27 @@ CleaningReport cleanMesh(SourceMesh& mesh)
 
     Links links = linkHalfEdges(mesh.triangles, mesh.positions.size());
     const std::vector<std::uint8_t> flip = chooseFlips(mesh.triangles, links, report.components);
-    report.flippedFaces = applyFlips(mesh.triangles, links, flip);
+    report.flippedFaces = applyFlips(mesh, links, flip);
     report.nonManifoldEdges = links.crowdedEdges + cutConflicts(mesh.triangles, links);
     report.nonManifoldVertices = splitFans(mesh, links);
     report.boundaryEdges = countBoundaryEdges(mesh.triangles, links);
+    for (std::size_t t = 0; t < mesh.uvs.size(); ++t) { report.facesWithoutUvs += mesh.hasUvs(t) ? 0 : 1; }
     assert(isOrientedManifold(mesh));
     return report;
+}
+
+SurfaceAttributes attributesOf(const SourceMesh& mesh)
+{
+    SurfaceAttributes attributes;
+    attributes.uvs = !mesh.uvs.empty();
+    attributes.colors = !mesh.colors.empty();
+    Eigen::AlignedBox2f box;
+    for (std::size_t t = 0; t < mesh.uvs.size(); ++t) {
+        if (!mesh.hasUvs(t)) { continue; }
+        for (const Eigen::Vector2f& uv : mesh.uvs[t]) { box.extend(uv); }
+    }
+    if (!box.isEmpty()) { attributes.uvTolerance = box.sizes() / static_cast<float>(UvLattice::kUnits); }
+    return attributes;
 }
 
 bool isOrientedManifold(const SourceMesh& mesh)

@@ -49,6 +49,12 @@ double triangleQuality(const Vector3d& a, const Vector3d& b, const Vector3d& c)
     return sides > 0.0 ? 2.0 * std::sqrt(3.0) * (b - a).cross(c - a).norm() / sides : 0.0;
 }
 
+/// What an edge can be, as bits: it collapses along itself only.
+enum Feature : std::uint8_t {
+    kCrease = 1, ///< of the shape: given up where there is no other way
+    kSeam = 2    ///< a boundary, or a seam of the texture coordinates: always kept
+};
+
 /// Limits that are loosened when nothing may collapse while there are far too many faces.
 struct Limits {
     double largestWeight;
@@ -74,7 +80,7 @@ private:
 
     struct FeatureEdge {
         Mesh::VertexHandle vertex;
-        bool isFeature;
+        std::uint8_t features;
     };
 
     /// A source vertex with the new face (by its index in the collapse) that takes it over.
@@ -92,6 +98,8 @@ private:
     void buildMesh();
     void placePoints(double area);
     void markFeatures();
+    void markSeams();
+    std::size_t facesHeldBySeams() const;
     void dropShortCreases();
     void dropCreases();
     void initializeQuadrics();
@@ -114,7 +122,7 @@ private:
     double _patchSize = 1.0;                    // square root of the mean patch's area
     double _patchWeight = 1.0;                  // share of the source of the mean patch
     Limits _limits{};
-    std::vector<char> _feature;                 // per edge
+    std::vector<std::uint8_t> _feature;         // per edge: bits of Feature
     std::vector<Quadric> _quadrics;             // per vertex
     std::vector<double> _quadricArea;           // per vertex: what the quadric is weighted by
     std::vector<double> _weight;                // per face: of the source vertices it holds, whose mean is 1 per source face
@@ -142,6 +150,7 @@ Collapser::Collapser(const SourceMesh& source, const ControlMeshOptions& options
     const double area = std::accumulate(_quadricArea.begin(), _quadricArea.end(), 0.0);
     _patchSize = std::sqrt(area / static_cast<double>(target));
     _patchWeight = static_cast<double>(_faces) / static_cast<double>(target);
+    _target = std::max(target, facesHeldBySeams());
     placePoints(area);
     _limits.largestWeight = options.largestShare * _patchWeight;
 }
@@ -204,15 +213,53 @@ void Collapser::markFeatures()
     };
     for (const auto e : _mesh.edges()) {
         if (_mesh.is_boundary(e)) {
-            _feature[at(e)] = 1;
+            _feature[at(e)] = kSeam;
             continue;
         }
         const Vector3d a = normal(_mesh.face_handle(_mesh.halfedge_handle(e, 0)));
         const Vector3d b = normal(_mesh.face_handle(_mesh.halfedge_handle(e, 1)));
         const double lengths = a.norm() * b.norm();
-        if (lengths > 0.0 && a.dot(b) < cosine * lengths) { _feature[at(e)] = 1; }
+        if (lengths > 0.0 && a.dot(b) < cosine * lengths) { _feature[at(e)] = kCrease; }
     }
     dropShortCreases();
+    if (!_source.uvs.empty()) { markSeams(); }
+}
+
+/// Edges at one of whose ends the texture coordinates of the two faces differ, by what 16 bits can tell apart at all.
+void Collapser::markSeams()
+{
+    const Eigen::Vector2f least = attributesOf(_source).uvTolerance;
+    const auto uvAt = [&](Mesh::HalfedgeHandle h, Mesh::VertexHandle v) -> const Eigen::Vector2f& {
+        const std::size_t f = at(_mesh.face_handle(h));
+        const auto& t = _source.triangles[f];
+        std::size_t k = 0;
+        while (t[k] != static_cast<std::uint32_t>(v.idx())) { ++k; }
+        return _source.uvs[f][k];
+    };
+    for (const auto e : _mesh.edges()) {
+        if (_mesh.is_boundary(e)) { continue; }
+        const auto h = _mesh.halfedge_handle(e, 0);
+        const auto g = _mesh.halfedge_handle(e, 1);
+        const bool hasUvs = _source.hasUvs(at(_mesh.face_handle(h)));
+        bool differ = hasUvs != _source.hasUvs(at(_mesh.face_handle(g)));
+        for (const auto v : {_mesh.to_vertex_handle(h), _mesh.to_vertex_handle(g)}) {
+            differ = differ || (hasUvs && ((uvAt(h, v) - uvAt(g, v)).cwiseAbs().array() > least.array()).any());
+        }
+        if (differ) { _feature[at(e)] |= kSeam; }
+    }
+}
+
+/// About as few faces as seams allow, so that limits are not loosened in vain: where seams end or meet no vertex can go, and a
+/// triangulation has two faces per vertex.
+std::size_t Collapser::facesHeldBySeams() const
+{
+    std::size_t held = 0;
+    for (const auto v : _mesh.vertices()) {
+        unsigned seams = 0;
+        for (auto e = _mesh.cve_iter(v); e.is_valid(); ++e) { seams += (_feature[at(*e)] & kSeam) != 0 ? 1U : 0U; }
+        held += seams != 0 && seams != 2 ? 1 : 0;
+    }
+    return 2 * held;
 }
 
 /// Connected sets of crease edges whose total length is below the shortest crease are measurement noise.
@@ -245,9 +292,7 @@ void Collapser::dropShortCreases()
 
 void Collapser::dropCreases()
 {
-    for (const auto e : _mesh.edges()) {
-        if (!_mesh.is_boundary(e)) { _feature[at(e)] = 0; }
-    }
+    for (std::uint8_t& features : _feature) { features &= static_cast<std::uint8_t>(~kCrease); }
 }
 
 void Collapser::initializeQuadrics()
@@ -391,6 +436,7 @@ bool Collapser::gatherStar(Mesh::HalfedgeHandle h, Star& star, CollapseHistory::
         out = _mesh.ccw_rotated_halfedge_handle(out);
     } while (out != h);
     star.ringSize = n;
+    step.crease = star.crease;
     // A crease's two ends that share a face cannot be laid on one line.
     return n >= 3 && !(onCrease && (star.crease <= 1 || star.crease == n - 1));
 }
@@ -402,16 +448,18 @@ std::vector<Collapser::FeatureEdge> Collapser::featuresAfter(Mesh::HalfedgeHandl
     std::vector<FeatureEdge> edges;
     const auto v = _mesh.from_vertex_handle(h);
     const auto w = _mesh.to_vertex_handle(h);
-    const bool alongFeature = isFeature(_mesh.edge_handle(h));
+    const std::uint8_t along = _feature[at(_mesh.edge_handle(h))];
     for (auto out = _mesh.cvoh_ccwiter(v); out.is_valid(); ++out) {
         const auto x = _mesh.to_vertex_handle(*out);
         if (x == w) { continue; }
-        const bool carried = alongFeature && isFeature(_mesh.edge_handle(*out));
+        const std::uint8_t own = _feature[at(_mesh.edge_handle(*out))];
+        // Where a seam goes on as a crease, what is left of both is a seam.
+        const auto carried = static_cast<std::uint8_t>(along != 0 && own != 0 ? along | own : 0);
         const auto shared = _mesh.find_halfedge(w, x);
         if (shared.is_valid()) {
-            edges.push_back({x, carried || isFeature(_mesh.edge_handle(shared))});
-        } else if (carried) {
-            edges.push_back({x, true});
+            edges.push_back({x, static_cast<std::uint8_t>(carried | _feature[at(_mesh.edge_handle(shared))])});
+        } else if (carried != 0) {
+            edges.push_back({x, carried});
         }
     }
     return edges;
@@ -447,7 +495,7 @@ bool Collapser::collapse(Mesh::HalfedgeHandle h)
     _quadrics[at(w)] += _quadrics[at(v)];
     _quadricArea[at(w)] += _quadricArea[at(v)];
     for (const FeatureEdge& edge : edges) {
-        _feature[at(_mesh.edge_handle(_mesh.find_halfedge(w, edge.vertex)))] = edge.isFeature ? 1 : 0;
+        _feature[at(_mesh.edge_handle(_mesh.find_halfedge(w, edge.vertex)))] = edge.features;
     }
     for (unsigned j = 0; j + 2 < n; ++j) {
         const std::size_t f = at(faces[j + 1]);

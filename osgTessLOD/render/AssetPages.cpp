@@ -97,6 +97,8 @@ public:
             addVertexWords(&LodLevel::parameters, AssetPages::kParametersUnit, "TESSLOD_PARAMETERS",
                            "tessLodParameters", "tessLodParameterShifts");
         }
+        addVertexWords(&LodLevel::uvs, AssetPages::kUvsUnit, "TESSLOD_UVS", "tessLodUvs");
+        addVertexWords(&LodLevel::colors, AssetPages::kColorsUnit, "TESSLOD_COLORS", "tessLodColors");
         return std::move(_page);
     }
 
@@ -132,9 +134,10 @@ private:
     }
 
     /// A word of each vertex of those levels that have any, one level after the other. Shifts: what to take off a vertex's
-    /// index for that of its word; −1 for levels without. Nothing is added where no level has words.
+    /// index for that of its word; −1 for levels without; null where all levels have words or none. Nothing is added where no
+    /// level has words.
     void addVertexWords(std::vector<std::uint32_t> LodLevel::*wordsOfLevel, unsigned unit, const char* define,
-                        const char* sampler, const char* shiftUniform)
+                        const char* sampler, const char* shiftUniform = nullptr)
     {
         const osg::ref_ptr<osg::UIntArray> words = new osg::UIntArray;
         std::vector<std::int32_t> shifts;
@@ -151,7 +154,7 @@ private:
         if (words->empty()) { return; }
         addBuffer(words.get(), GL_R32UI, 1, unit, sampler);
         _page.state->setDefine(define);
-        _page.state->addUniform(levelUniform(shiftUniform, shifts, -1).get());
+        if (shiftUniform != nullptr) { _page.state->addUniform(levelUniform(shiftUniform, shifts, -1).get()); }
     }
 
     void addUniforms()
@@ -161,6 +164,11 @@ private:
         state.addUniform(new osg::Uniform("tessLodStep", _asset.lattice.step));
         state.addUniform(new osg::Uniform("tessLodLevelCount", static_cast<int>(_asset.levels.size())));
         state.addUniform(levelUniform("tessLodFactors", _asset.ladder, 1).get());
+        if (!_asset.hasUvs()) { return; }
+        const auto& [origin, step] = _asset.uvLattice;
+        state.addUniform(new osg::Uniform("tessLodUvOrigin", osg::Vec2f(origin[0], origin[1])));
+        state.addUniform(new osg::Uniform("tessLodUvStep", osg::Vec2f(step[0], step[1])));
+        state.addUniform(new osg::Uniform("tessLodColorTexture", 0)); // the scene's, of unit 0
     }
 
     /// Per patch its lattice origin, then per level the page's index of its first vertex.

@@ -33,8 +33,10 @@ struct AssetPage {
 /// have, with the same bits: borders stay closed. Immutable but for OSG's own per-context GL objects.
 class OSGTESSLOD_EXPORT AssetPages : public osg::Referenced {
 public:
-    /// Texture units of the buffers: out of the way of units that applications use. The first is used by assets with
-    /// normals and parameters only, the last by those with normals.
+    /// Texture units of the buffers: out of the way of units that applications use. Each is used by assets that have what it
+    /// is for; parameters only together with normals.
+    static constexpr unsigned kColorsUnit = 10;
+    static constexpr unsigned kUvsUnit = 11;
     static constexpr unsigned kParametersUnit = 12;
     static constexpr unsigned kVerticesUnit = 13;
     static constexpr unsigned kPatchTableUnit = 14;

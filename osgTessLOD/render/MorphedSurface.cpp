@@ -14,16 +14,19 @@ namespace osgTessLOD {
 namespace {
 
 using Vec3 = MorphedSurface::Vec3;
+using Vec4 = MorphedSurface::Vec4;
 using TessLodPoint = MorphedSurface::TessLodPoint;
 
 /// t of the way from `from` to `to`; exactly `to` at t = 1.
 TessLodPoint tessLodMix(const TessLodPoint& from, const TessLodPoint& to, float t)
 {
     if (t >= 1.0F) { return to; }
-    const auto mix = [t](const Vec3& a, const Vec3& b) {
-        return Vec3{a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t};
+    const auto mix = [t](auto a, const auto& b) {
+        for (std::size_t k = 0; k < a.size(); ++k) { a[k] = a[k] + (b[k] - a[k]) * t; }
+        return a;
     };
-    return {mix(from.position, to.position), mix(from.weights, to.weights)};
+    return {mix(from.position, to.position), mix(from.weights, to.weights), mix(from.texCoord, to.texCoord),
+            mix(from.color, to.color)};
 }
 
 float tessLodBorderLevel(std::uint32_t factor, std::uint32_t index, const std::array<float, 3>& edgeLevels)
@@ -93,10 +96,24 @@ Vec3 MorphedSurface::tessLodVertexWeights(std::uint32_t patch, unsigned level, s
     return {static_cast<float>(b[0]) / units, static_cast<float>(b[1]) / units, static_cast<float>(b[2]) / units};
 }
 
+Vec3 MorphedSurface::tessLodVertexTexCoord(std::uint32_t patch, unsigned level, std::uint32_t index) const
+{
+    if (!_asset.hasUvs()) { return {}; }
+    return _asset.uvLattice.decode(_asset.levels[level].uvs[vertexNumber(patch, level, index)]);
+}
+
+Vec4 MorphedSurface::tessLodVertexColor(std::uint32_t patch, unsigned level, std::uint32_t index) const
+{
+    if (!_asset.hasColors()) { return {1.0F, 1.0F, 1.0F, 1.0F}; }
+    const std::uint32_t bits = _asset.levels[level].colors[vertexNumber(patch, level, index)];
+    const auto channel = [bits](unsigned shift) { return static_cast<float>(bits >> shift & 0xFFU) * 0.003921569F; };
+    return {channel(0), channel(8), channel(16), channel(24)};
+}
+
 TessLodPoint MorphedSurface::tessLodVertexPoint(std::uint32_t patch, unsigned level, std::uint32_t index) const
 {
-    return {_asset.position(_asset.patches[patch], vertex(patch, level, index)),
-            tessLodVertexWeights(patch, level, index)};
+    return {_asset.position(_asset.patches[patch], vertex(patch, level, index)), tessLodVertexWeights(patch, level, index),
+            tessLodVertexTexCoord(patch, level, index), tessLodVertexColor(patch, level, index)};
 }
 
 TessLodPoint MorphedSurface::tessLodBorderPoint(std::uint32_t patch, unsigned level, std::uint32_t index,

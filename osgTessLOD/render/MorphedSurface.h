@@ -10,16 +10,19 @@
 
 namespace osgTessLOD {
 
-/// Vertices of an asset at continuous levels, on the CPU: twin of shaders/tesslod_surface.glsl, positions to the bit.
+/// Vertices of an asset at continuous levels, on the CPU: twin of shaders/tesslod_surface.glsl, to the bit but for weights.
 /// Keeps a reference to the asset, which must outlive it.
 class OSGTESSLOD_EXPORT MorphedSurface {
 public:
     using Vec3 = std::array<float, 3>;
+    using Vec4 = std::array<float, 4>;
 
     /// A point of the surface.
     struct TessLodPoint {
         Vec3 position; ///< asset frame
         Vec3 weights;  ///< of the patch's corners, sum 1: where its normal is looked up
+        Vec3 texCoord; ///< u, v, and how much of it has texture coordinates (0 without)
+        Vec4 color;    ///< 0 … 1; white without
     };
 
     explicit MorphedSurface(const LodAsset& asset);
@@ -43,6 +46,8 @@ public:
 private:
     std::size_t vertexNumber(std::uint32_t patch, unsigned level, std::uint32_t index) const;
     LodVertex vertex(std::uint32_t patch, unsigned level, std::uint32_t index) const;
+    Vec3 tessLodVertexTexCoord(std::uint32_t patch, unsigned level, std::uint32_t index) const;
+    Vec4 tessLodVertexColor(std::uint32_t patch, unsigned level, std::uint32_t index) const;
     Vec3 tessLodVertexWeights(std::uint32_t patch, unsigned level, std::uint32_t index) const;
     TessLodPoint tessLodVertexPoint(std::uint32_t patch, unsigned level, std::uint32_t index) const;
     TessLodPoint tessLodBorderPoint(std::uint32_t patch, unsigned level, std::uint32_t index, float edgeLevel) const;

@@ -52,7 +52,7 @@ PatchPrograms::PatchPrograms()
 {
     const osg::ref_ptr<osg::Program> program = makeVertexStages();
     program->addShader(
-        createShader(osg::Shader::FRAGMENT, "tesslod_patch.frag", {"tesslod_normal.glsl", "tesslod_lighting.glsl"})
+        createShader(osg::Shader::FRAGMENT, "tesslod_patch.frag", {"tesslod_normal.glsl", "tesslod_color.glsl", "tesslod_lighting.glsl"})
             .get());
     program->setName("tesslod_patch");
     _draw = makeState(program.get());

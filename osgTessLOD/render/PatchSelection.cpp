@@ -49,11 +49,19 @@ int fixedFunctionBits(const osg::State& state)
     return bits;
 }
 
-void setFixedFunctionUniform(osg::State& state)
+void setUniform(osg::State& state, unsigned nameId, int value)
 {
-    static const unsigned nameId = osg::Uniform::getNameID("tessLodFixedFunction");
     const GLint location = state.getLastAppliedProgramObject()->getUniformLocation(nameId);
-    if (location >= 0) { state.get<osg::GLExtensions>()->glUniform1i(location, fixedFunctionBits(state)); }
+    if (location >= 0) { state.get<osg::GLExtensions>()->glUniform1i(location, value); }
+}
+
+/// The uniforms that tell shaders which fixed-function state is on now: of tesslod_lighting.glsl and tesslod_color.glsl.
+void setFixedFunctionUniforms(osg::State& state)
+{
+    static const unsigned fixedFunction = osg::Uniform::getNameID("tessLodFixedFunction");
+    static const unsigned textured = osg::Uniform::getNameID("tessLodTextured");
+    setUniform(state, fixedFunction, fixedFunctionBits(state));
+    setUniform(state, textured, state.getLastAppliedTextureMode(0, GL_TEXTURE_2D) ? 1 : 0);
 }
 
 /// Vertex attribute 0 from the stream buffer, for the life of the object. Everything that OSG's last geometry left
@@ -195,7 +203,7 @@ void PatchSelection::forEachPage(osg::State& state, const AssetPages& pages, osg
         state.apply();
         if (isApplied(state, program)) {
             state.applyModelViewAndProjectionUniformsIfRequired();
-            setFixedFunctionUniform(state);
+            setFixedFunctionUniforms(state);
             draw(records);
         }
         state.popStateSet();

@@ -267,11 +267,53 @@ TEST(LodAsset, rejectsAFrameThatIsWrong) { expectRejected(frameCorruptions()); }
 
 TEST(LodAsset, rejectsWrongTopology) { expectRejected(topologyCorruptions()); }
 
-TEST(LodAsset, rejectsWrongLevels) { expectRejected(levelCorruptions()); }
+TEST(LodAsset, rejectsWrongLevels)
+{
+    expectRejected(levelCorruptions());
+}
 
 TEST(LodAsset, rejectsWrongParameters)
 {
     expectRejected(parameterCorruptions(), makeSyntheticDisplacedAsset(8));
+}
+
+TEST(LodAsset, rejectsWrongAttributes)
+{
+    const std::vector<Corruption> list{
+        {"level 2: 151 texture coordinates, not 152", [](LodAsset& a) { a.levels[2].uvs.pop_back(); }},
+        {"level 1: 0 texture coordinates, not 56", [](LodAsset& a) { a.levels[1].uvs.clear(); }},
+        {"level 1: 7 errors of texture coordinates, not 8", [](LodAsset& a) { a.levels[1].uvErrors.pop_back(); }},
+        {"level 1: errors of texture coordinates are not", [](LodAsset& a) { a.levels[1].uvErrors[3] = -1.0F; }},
+        {"level 1: errors of texture coordinates are not", [](LodAsset& a) { a.levels[1].uvErrors[3] = kNaN; }},
+        {"level 0, vertex 5: texture coordinates out of range", [](LodAsset& a) { a.levels[0].uvs[5] = 0xFFFF; }},
+        {"level 0, vertex 5: texture coordinates out of range", [](LodAsset& a) { a.levels[0].uvs[5] = 0xFFFF0000U; }},
+        {"grid of texture coordinates is not finite", [](LodAsset& a) { a.uvLattice.step[1] = -1.0F; }},
+        {"grid of texture coordinates is not finite", [](LodAsset& a) { a.uvLattice.step[0] = 1e38F; }},
+        {"grid of texture coordinates is not finite", [](LodAsset& a) { a.uvLattice.origin[0] = kNaN; }},
+        {"level 3: 1 colours, not 488", [](LodAsset& a) { a.levels[3].colors.resize(1); }},
+        {"its patches' colours differ", [](LodAsset& a) { a.levels[2].colors[4 * 19 + 1] ^= 1U; }},
+    };
+    expectRejected(list, withAttributes(makeSyntheticAsset(8)));
+}
+
+TEST(LodAsset, uvsAreOffByHalfAStepAtMost)
+{
+    const UvLattice lattice{{-1.5F, 0.25F}, {3.0F / UvLattice::kUnits, 0.5F / UvLattice::kUnits}};
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+    for (int k = 0; k < 1000; ++k) {
+        const float u = -1.5F + 3.0F * unit(random);
+        const float v = 0.25F + 0.5F * unit(random);
+        const auto back = lattice.decode(lattice.encode(u, v));
+        // Beside half a step, single precision's rounding of numbers up to 1.5.
+        EXPECT_NEAR(back[0], u, 0.5F * lattice.step[0] + 2e-7F);
+        EXPECT_NEAR(back[1], v, 0.5F * lattice.step[1] + 2e-7F);
+        EXPECT_EQ(back[2], 1.0F);
+    }
+    EXPECT_EQ(lattice.encode(2e6F, -2e6F), UvLattice::kUnits); // to the box
+    EXPECT_EQ(lattice.encode(std::numeric_limits<float>::quiet_NaN(), 0.0F), UvLattice::kNone);
+    EXPECT_EQ(lattice.decode(UvLattice::kNone), (std::array<float, 3>{0.0F, 0.0F, 0.0F}));
+    EXPECT_EQ((UvLattice{{0.5F, 0.5F}, {0.0F, 0.0F}}).encode(0.5F, 0.5F), 0U) << "a single point";
 }
 
 TEST(LodAsset, sharedBordersAreComparedUpToTheEdgesFinestLevelOnly)

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <cmath>
 #include <set>
 #include <sstream>
 
@@ -99,6 +100,47 @@ TEST(SurfaceMesh, aLaggingBorderIsItsNeighboursBorder)
     EXPECT_EQ(openEdges(mesh), 0U);
 }
 
+TEST(SurfaceMesh, attributesAreTheVertices)
+{
+    for (const LodAsset& asset : {withAttributes(makeSyntheticAsset(8)), withAttributes(makeSyntheticMixedAsset(8))}) {
+        const SurfaceMesh mesh = extractSurface(asset, 8);
+        ASSERT_EQ(mesh.uvs.size(), mesh.triangles.size());
+        ASSERT_EQ(mesh.colors.size(), mesh.positions.size());
+        EXPECT_EQ(openEdges(mesh), 0U) << "seams do not part it";
+        // The synthetic colours are a function of the place: what each stored vertex has says what its position has.
+        std::map<std::array<double, 3>, std::uint32_t> colorAt;
+        std::map<std::array<double, 3>, std::set<std::array<float, 2>>> uvsAt;
+        for (std::size_t l = 0; l < asset.levels.size(); ++l) {
+            const auto slots = asset.levelSlots(l);
+            const std::size_t count = TessellationPattern::vertexCount(asset.ladder[l]);
+            for (std::size_t p = 0; p < slots.size(); ++p) {
+                for (std::size_t v = 0; slots[p] != kNoPatch && v < count; ++v) {
+                    const std::size_t at = slots[p] * count + v;
+                    const auto local = asset.position(asset.patches[p], asset.levels[l].vertices[at]);
+                    const std::array<double, 3> place{local[0], local[1], local[2]};
+                    colorAt[place] = asset.levels[l].colors[at];
+                    const auto uv = asset.uvLattice.decode(asset.levels[l].uvs[at]);
+                    if (uv[2] > 0.0F) { uvsAt[place].insert({uv[0], uv[1]}); }
+                }
+            }
+        }
+        for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+            std::uint32_t bits = 0;
+            for (std::size_t k = 0; k < 4; ++k) { bits |= std::uint32_t{mesh.colors[v][k]} << 8 * k; }
+            ASSERT_EQ(bits, colorAt.at(mesh.positions[v]));
+        }
+        std::size_t without = 0;
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                without += std::isnan(mesh.uvs[t][k][0]) ? 1 : 0;
+                if (std::isnan(mesh.uvs[t][k][0])) { continue; }
+                ASSERT_EQ(uvsAt[mesh.positions[mesh.triangles[t][k]]].count(mesh.uvs[t][k]), 1U);
+            }
+        }
+        EXPECT_GT(without, 0U);
+    }
+}
+
 TEST(SurfaceMesh, anOpenSheetHasItsBoundaryOnly)
 {
     const LodAsset asset = makeSyntheticSheet(8);
@@ -168,6 +210,25 @@ TEST_F(PlyFile, hasAHeaderAndItsNumbers)
     EXPECT_EQ(bytes.substr(0, header.size()), header);
     EXPECT_EQ(bytes.substr(header.size() + 2 * 12 + 8, 4), std::string("\x00\x00\x20\xC0", 4)); // −2.5
     EXPECT_EQ(bytes.substr(header.size() + 4 * 12 + 13), std::string("\3\1\0\0\0\3\0\0\0\2\0\0\0", 13));
+}
+
+TEST_F(PlyFile, hasColoursOfVerticesAndUvsOfFaces)
+{
+    SurfaceMesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.triangles = {{0, 1, 2}};
+    mesh.uvs = {{{{0.0F, 0.0F}, {1.0F, 0.0F}, {0.0F, -2.5F}}}};
+    mesh.colors = {{1, 2, 3, 4}, {5, 6, 7, 8}, {9, 10, 11, 12}};
+    const std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\n"
+                               "property float y\nproperty float z\nproperty uchar red\nproperty uchar green\n"
+                               "property uchar blue\nproperty uchar alpha\nelement face 1\n"
+                               "property list uchar uint vertex_indices\nproperty list uchar float texcoord\nend_header\n";
+    const std::string bytes = written(mesh);
+    ASSERT_EQ(bytes.size(), header.size() + 3 * 16 + 13 + 25);
+    EXPECT_EQ(bytes.substr(0, header.size()), header);
+    EXPECT_EQ(bytes.substr(header.size() + 16 + 12, 4), "\5\6\7\10");
+    EXPECT_EQ(bytes[header.size() + 3 * 16 + 13], '\6');
+    EXPECT_EQ(bytes.substr(bytes.size() - 4), std::string("\x00\x00\x20\xC0", 4)); // −2.5
 }
 
 TEST_F(PlyFile, isDoubleWhereFloatWouldLose)

@@ -413,4 +413,36 @@ inline LodAsset makeSyntheticMixedAsset(unsigned topFactor = 16, bool withNormal
     return synthetic::build(synthetic::bumpySphere(), ladder, withNormals, finest);
 }
 
+/// The asset with texture coordinates, which differ at every border as if it were a seam and are missing at some vertices, with
+/// made-up errors of them, and with colours, which are a function of the place.
+inline LodAsset withAttributes(LodAsset asset)
+{
+    const auto mixed = [](std::uint32_t h) {
+        h = (h ^ h >> 16) * 0x7FEB352DU;
+        h = (h ^ h >> 15) * 0x846CA68BU;
+        return h ^ h >> 16;
+    };
+    asset.uvLattice = {{-0.25F, 0.5F}, {1.5F / UvLattice::kUnits, 0.75F / UvLattice::kUnits}};
+    for (std::size_t l = 0; l < asset.levels.size(); ++l) {
+        LodLevel& level = asset.levels[l];
+        const std::uint32_t count = TessellationPattern::vertexCount(asset.ladder[l]);
+        const std::vector<std::uint32_t> slots = asset.levelSlots(l);
+        level.uvErrors.assign(level.errors.size(), 0.5F / static_cast<float>(l + 1));
+        for (std::uint32_t p = 0; p < slots.size(); ++p) {
+            if (slots[p] == kNoPatch) { continue; }
+            for (std::uint32_t v = 0; v < count; ++v) {
+                const std::uint32_t h = mixed(p * 4001 + v * 17 + static_cast<std::uint32_t>(l));
+                level.uvs.push_back(h % 7 == 0 ? UvLattice::kNone : (h & 0xFFFFU) % 65535 | (h >> 16) % 65535 << 16);
+                const auto offset = level.vertices[slots[p] * std::size_t{count} + v].offset();
+                std::uint32_t place = 0;
+                for (std::size_t k = 0; k < 3; ++k) {
+                    place = mixed(place ^ static_cast<std::uint32_t>(asset.patches[p].latticeOrigin[k] + offset[k]));
+                }
+                level.colors.push_back(place);
+            }
+        }
+    }
+    return asset;
+}
+
 } // namespace osgTessLOD

@@ -213,7 +213,8 @@ bool sameEdge(const LodEdge& a, const LodEdge& b)
 
 bool sameLevel(const LodLevel& a, const LodLevel& b)
 {
-    return a.vertices == b.vertices && a.parameters == b.parameters &&
+    return a.vertices == b.vertices && a.parameters == b.parameters && a.uvs == b.uvs && a.uvErrors == b.uvErrors &&
+           a.colors == b.colors &&
            std::equal(a.errors.begin(), a.errors.end(), b.errors.begin(), b.errors.end(),
                       [](const LevelError& x, const LevelError& y) {
                           return x.quadratic == y.quadratic && x.isotropic == y.isotropic;
@@ -238,6 +239,9 @@ void expectSame(const LodAsset& a, const LodAsset& b)
     EXPECT_TRUE(sameItems(a.edges, b.edges, sameEdge));
     EXPECT_TRUE(sameItems(a.patches, b.patches, samePatch));
     EXPECT_TRUE(sameItems(a.levels, b.levels, sameLevel));
+    EXPECT_EQ(a.uvLattice.origin, b.uvLattice.origin);
+    EXPECT_EQ(a.uvLattice.step, b.uvLattice.step);
+    EXPECT_EQ(a.colorImage, b.colorImage);
     EXPECT_EQ(a.normals.resolution, b.normals.resolution);
     EXPECT_EQ(a.normals.levels, b.normals.levels);
     EXPECT_EQ(a.boundsMin, b.boundsMin);
@@ -266,7 +270,9 @@ LodAsset makeDistinctAsset()
 /// Small, so that ten thousand are quickly read; with chunks of all types.
 LodAsset smallAsset()
 {
-    return makeSyntheticDisplacedAsset(4);
+    LodAsset asset = withAttributes(makeSyntheticDisplacedAsset(4));
+    asset.colorImage = "groß.jpg";
+    return asset;
 }
 
 const std::string& smallFile()
@@ -300,7 +306,7 @@ TEST(TlodFile, everythingComesBack)
 {
     for (const LodAsset& asset :
          {makeDistinctAsset(), makeSyntheticAsset(16), makeSyntheticAsset(1, false), makeSyntheticSheet(8),
-          makeSyntheticMixedAsset(64), makeSyntheticDisplacedAsset(32)}) {
+          makeSyntheticMixedAsset(64), makeSyntheticDisplacedAsset(32), withAttributes(makeSyntheticMixedAsset(64))}) {
         ASSERT_NO_THROW(asset.validate());
         expectSame(fromBytes(toBytes(asset)), asset);
     }
@@ -331,14 +337,20 @@ TEST(TlodFile, hasTheDocumentedLayout)
     EXPECT_EQ(assemble(chunks), file);
     std::string types;
     for (const Chunk& c : chunks) { types += c.type + std::to_string(c.level) + ' '; }
-    EXPECT_EQ(types, "META0 BASE0 EDGE0 PTCH0 LVLE0 LVLV0 LVLE1 LVLV1 LVLP1 LVLE2 LVLV2 NRML0 NRML1 NRML2 ");
+    EXPECT_EQ(types, "META0 BASE0 EDGE0 PTCH0 UVGR0 CIMG0 LVLE0 LVLV0 LVLT0 LVLU0 LVLC0 LVLE1 LVLV1 LVLP1 LVLT1 LVLU1 LVLC1 "
+                     "LVLE2 LVLV2 LVLT2 LVLU2 LVLC2 NRML0 NRML1 NRML2 ");
     EXPECT_EQ(chunks[1].contentBytes, 6U * 12);
     EXPECT_EQ(chunks[2].contentBytes, 12U * 20);
     EXPECT_EQ(chunks[3].contentBytes, 8U * 76);
-    EXPECT_EQ(chunks[8].contentBytes, 8U * 7 * 4);
-    EXPECT_EQ(chunks[9].contentBytes, 8U * 28);
-    EXPECT_EQ(chunks[10].contentBytes, 8U * 19 * 8);
-    EXPECT_EQ(chunks[13].contentBytes, 8U * 15 * 4);
+    EXPECT_EQ(chunks[4].contentBytes, 16U);
+    EXPECT_EQ(contentOf(chunks[5]), "groß.jpg");
+    EXPECT_EQ(chunks[13].contentBytes, 8U * 7 * 4);
+    EXPECT_EQ(chunks[14].contentBytes, 8U * 4);
+    EXPECT_EQ(chunks[15].contentBytes, 8U * 7 * 4);
+    EXPECT_EQ(chunks[16].contentBytes, 8U * 7 * 4);
+    EXPECT_EQ(chunks[17].contentBytes, 8U * 28);
+    EXPECT_EQ(chunks[18].contentBytes, 8U * 19 * 8);
+    EXPECT_EQ(chunks[24].contentBytes, 8U * 15 * 4);
 }
 
 TEST(TlodFile, tableOfContentsIsReadAlone)
@@ -505,6 +517,24 @@ TEST(TlodFile, survivesDamageBehindCorrectChecksums)
     EXPECT_LT(accepted, 4000); // but most of it is noticed
 }
 
+TEST(TlodFile, survivesDamagedAttributesBehindCorrectChecksums)
+{
+    const auto chunks = disassemble(toBytes(withAttributes(makeSyntheticDisplacedAsset(2))));
+    std::mt19937 random(14);
+    for (int k = 0; k < 3000; ++k) {
+        auto damaged = chunks;
+        Chunk* chunk = nullptr;
+        do { chunk = &damaged[random() % damaged.size()]; } while (chunk->type.find_first_of("UTC", 1) == std::string::npos);
+        if (random() % 2 == 0) { *chunk = rawChunk(*chunk, contentOf(*chunk)); }
+        for (auto flips = 1 + random() % 3; flips > 0; --flips) {
+            char& byte = chunk->stored[random() % chunk->stored.size()];
+            byte = random() % 3 == 0 ? static_cast<char>(0xFF) : static_cast<char>(byte ^ 1 << random() % 8);
+        }
+        const std::string file = assemble(damaged);
+        expectSurvived(file, declaredBytes(file));
+    }
+}
+
 TEST(TlodFile, survivesDamagedTablesBehindACorrectChecksum)
 {
     std::mt19937 random(12);
@@ -515,7 +545,8 @@ TEST(TlodFile, survivesDamagedTablesBehindACorrectChecksum)
             const std::size_t at = 8 + random() % (table - 8);
             file[at] = static_cast<char>(random() % 2 == 0 ? random() : file[at] ^ 1U << random() % 8);
         }
-        if (get<std::uint32_t>(file, 12) > 14) { put(file, 12, std::uint32_t{14}); }
+        const auto chunks = static_cast<std::uint32_t>(disassemble(smallFile()).size());
+        if (get<std::uint32_t>(file, 12) > chunks) { put(file, 12, chunks); }
         sealHeader(file);
         expectSurvived(file, 256 * file.size()); // what it declares is now anything, but never more than this
     }
@@ -588,6 +619,46 @@ TEST(TlodFile, parametersAreAChunkOfTheirOwn)
     expectFault(assemble(chunks), "LVLP 3: is there twice or belongs to no level");
 }
 
+TEST(TlodFile, attributesAreChunksOfTheirOwn)
+{
+    // Readers that do not know them, and files without, have the same asset but for these.
+    auto chunks = disassemble(smallFile());
+    LodAsset asset = smallAsset();
+    for (Chunk& chunk : chunks) {
+        if (chunk.type == "UVGR" || chunk.type == "LVLT" || chunk.type == "LVLU") { chunk.type = "XTRA"; }
+    }
+    for (LodLevel& level : asset.levels) {
+        level.uvs.clear();
+        level.uvErrors.clear();
+    }
+    asset.uvLattice = UvLattice();
+    expectSame(fromBytes(assemble(chunks)), asset);
+    for (Chunk& chunk : chunks) {
+        if (chunk.type == "LVLC" || chunk.type == "CIMG") { chunk.type = "XTRA"; }
+    }
+    for (LodLevel& level : asset.levels) { level.colors.clear(); }
+    asset.colorImage.clear();
+    expectSame(fromBytes(assemble(chunks)), asset);
+
+    const auto with = [](const std::string& type, std::uint32_t level, const auto& change) {
+        auto damaged = disassemble(smallFile());
+        change(find(damaged, type, level));
+        return assemble(damaged);
+    };
+    const auto hide = [](Chunk& chunk) { chunk.type = "XTRA"; };
+    expectFault(with("LVLU", 2, hide), "level 2: 0 texture coordinates, not 152");
+    expectFault(with("LVLT", 1, hide), "level 1: 0 errors of texture coordinates, not 8");
+    expectFault(with("LVLC", 1, hide), "level 1: 0 colours, not 56");
+    expectFault(with("LVLU", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, contentOf(chunk).substr(4)); }),
+                "LVLU 0: has 92 bytes of content, not 96");
+    expectFault(with("LVLC", 2, [](Chunk& chunk) { chunk = rawChunk(chunk, contentOf(chunk) + "1234"); }),
+                "LVLC 2: has 612 bytes of content, not 608");
+    expectFault(with("CIMG", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, ""); }), "CIMG 0: is empty or too large");
+    expectFault(with("CIMG", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, std::string("a\0b", 3)); }), "CIMG 0: is no name");
+    expectFault(with("UVGR", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, std::string(16, '\xFF')); }),
+                "the grid of texture coordinates is not finite");
+}
+
 TEST(TlodFile, chunksMayComeInAnyOrder)
 {
     auto chunks = disassemble(smallFile());
@@ -638,7 +709,8 @@ TEST(TlodFile, rejectsHostileChunkLists)
     };
     for (const Chunk& chunk : chunks) {
         expectFault(after([&](auto& c) { c.push_back(chunk); }), "is there twice or belongs to no level");
-        if (chunk.type == "LVLP") { continue; } // the only ones that need not be there
+        const std::vector<std::string> optional{"LVLP", "LVLT", "LVLU", "LVLC", "CIMG"};
+        if (std::find(optional.begin(), optional.end(), chunk.type) != optional.end()) { continue; }
         expectFault(after([&](auto& c) {
                         const auto same = [&](const Chunk& x) {
                             return x.type == chunk.type && x.level == chunk.level;

@@ -113,6 +113,41 @@ TEST(VertexCodec, anyNormalsComeBack)
     }
 }
 
+TEST(VertexCodec, anyUvsAndColoursComeBack)
+{
+    std::mt19937 random(5);
+    for (const unsigned factor : {1U, 2U, 6U, 64U}) {
+        std::vector<std::uint32_t> words(TessellationPattern::vertexCount(factor) * (factor == 64 ? 45 : 3)); // over blocks
+        for (std::uint32_t& word : words) { word = static_cast<std::uint32_t>(random()); }
+        words.back() = UvLattice::kNone;
+        std::vector<std::uint32_t> back(words.size());
+        encodeUvs(factor, words, reinterpret_cast<std::uint8_t*>(back.data()));
+        decodeUvs(factor, back);
+        EXPECT_EQ(back, words) << "factor " << factor;
+        encodeColors(factor, words, reinterpret_cast<std::uint8_t*>(back.data()));
+        decodeColors(factor, back);
+        EXPECT_EQ(back, words) << "factor " << factor;
+    }
+}
+
+TEST(VertexCodec, uvsLinearInThePatternAreZeroBehindTheBorder)
+{
+    std::vector<std::uint32_t> uvs;
+    for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(16); ++v) {
+        const auto b = TessellationPattern::barycentric(16, v);
+        uvs.push_back(static_cast<std::uint32_t>(100 * b[0] + 7 * b[1]) | static_cast<std::uint32_t>(3000 + 50 * b[2]) << 16);
+    }
+    std::vector<std::uint8_t> content(4 * uvs.size());
+    encodeUvs(16, uvs, content.data());
+    std::size_t predicted = 0;
+    for (std::size_t v = 0; v < uvs.size(); ++v) {
+        bool zero = true;
+        for (std::size_t plane = 0; plane < 4; ++plane) { zero = zero && content[plane * uvs.size() + v] == 0; }
+        predicted += zero ? 1 : 0;
+    }
+    EXPECT_GE(predicted, uvs.size() - (6 + 7 + 1)) << "as of a flat patch's positions";
+}
+
 TEST(VertexCodec, anyContentGivesSomeVertices)
 {
     std::mt19937 random(7);

@@ -257,6 +257,63 @@ TEST(NormalizeFrame, TakesAnyScaleButNoPoint)
     EXPECT_THROW(normalizeFrame(empty), AssetError);
 }
 
+// ------------------------------------------------------------------------------------------------------ attributes ---
+
+using Uvs = std::vector<std::array<Eigen::Vector2f, 3>>;
+
+/// Texture coordinates that tell corners apart: (triangle, corner).
+Uvs numbered(std::size_t triangles)
+{
+    Uvs uvs;
+    for (std::size_t t = 0; t < triangles; ++t) {
+        const auto n = static_cast<float>(t);
+        uvs.push_back({Eigen::Vector2f(n, 0.0F), Eigen::Vector2f(n, 1.0F), Eigen::Vector2f(n, 2.0F)});
+    }
+    return uvs;
+}
+
+TEST(CleanMesh, CornersKeepTheirUvsWhenVerticesAreWelded)
+{
+    SourceMesh mesh = meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {3, 4, 5}});
+    mesh.uvs = numbered(2);
+    const CleaningReport r = cleanMesh(mesh);
+    EXPECT_EQ(r.weldedVertices, 2U);
+    EXPECT_EQ(r.facesWithoutUvs, 0U);
+    EXPECT_EQ(mesh.uvs, numbered(2));
+}
+
+TEST(CleanMesh, UvsGoWithTheirFaces)
+{
+    // The first face has no area, the third is the second once more, the last is turned.
+    SourceMesh mesh = meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}, {2, 0, 0}},
+                             {{0, 1, 1}, {0, 1, 2}, {2, 0, 1}, {1, 3, 2}, {1, 4, 3}, {1, 4, 5}});
+    mesh.uvs = numbered(6);
+    const CleaningReport r = cleanMesh(mesh);
+    EXPECT_EQ(r.flippedFaces, 1U);
+    const Uvs all = numbered(6);
+    const Uvs expected{all[1], all[3], all[4], {all[5][0], all[5][2], all[5][1]}};
+    EXPECT_EQ(mesh.uvs, expected);
+}
+
+TEST(CleanMesh, WeldedVerticesGetTheMeanOfTheirColours)
+{
+    SourceMesh mesh = meshOf({{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{1, 2, 3}, {4, 5, 6}});
+    mesh.colors = {{9, 9, 9, 9}, {1, 2, 3, 4}, {10, 0, 0, 255}, {5, 5, 5, 5}, {20, 255, 0, 255}, {6, 7, 8, 9}, {5, 5, 5, 5}};
+    cleanMesh(mesh);
+    EXPECT_EQ(mesh.colors, (std::vector<Rgba>{{1, 2, 3, 4}, {15, 128, 0, 255}, {5, 5, 5, 5}, {6, 7, 8, 9}}));
+}
+
+TEST(CleanMesh, SplitVerticesKeepTheirColour)
+{
+    SourceMesh mesh = meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}}, {{0, 1, 2}, {0, 3, 4}});
+    mesh.colors = {{1, 1, 1, 1}, {2, 2, 2, 2}, {3, 3, 3, 3}, {4, 4, 4, 4}, {5, 5, 5, 5}};
+    EXPECT_EQ(cleanMesh(mesh).nonManifoldVertices, 1U);
+    ASSERT_EQ(mesh.colors.size(), 6U);
+    for (std::size_t v = 0; v < 6; ++v) {
+        if (mesh.positions[v].isZero()) { EXPECT_EQ(mesh.colors[v][0], 1); }
+    }
+}
+
 // ---------------------------------------------------------------------------------------------------------- import ---
 
 class ImportMesh : public testing::Test {
@@ -367,6 +424,108 @@ TEST_F(ImportMesh, CutsAConcaveQuadInside)
     const std::string dart = "v 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\n";
     EXPECT_EQ(import("a.obj", dart + "f 1 2 3 4\n").triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));
     EXPECT_EQ(import("b.obj", dart + "f 2 3 4 1\n").triangles, (std::vector<Triangle>{{1, 2, 0}, {2, 3, 0}}));
+}
+
+/// What the quad's two triangles have at their corners.
+Uvs quadUvs(const std::array<Eigen::Vector2f, 4>& corners)
+{
+    return {{corners[0], corners[1], corners[2]}, {corners[0], corners[2], corners[3]}};
+}
+const Uvs kQuadUvs = quadUvs({Eigen::Vector2f(0, 0), {1, 0}, {1, 2}, {0, 2}});
+
+TEST_F(ImportMesh, ReadsUvsFromObj)
+{
+    const std::string uvs = "vt 0 0\nvt 1 0 0.5\nvt 1 2\nvt 0 2\n";
+    EXPECT_EQ(import("a.obj", kQuadObj + uvs + "f 1/1 2/2 3/3 4/4\n").uvs, kQuadUvs);
+    EXPECT_EQ(import("b.obj", kQuadObj + uvs + "f 1/-4/7 2/-3/7 3/-2/7 4/-1/7\n").uvs, kQuadUvs);
+    EXPECT_EQ(import("c.obj", kQuadObj + "f 1/1 2/2 3/3 4/4\n" + uvs).uvs, kQuadUvs) << "they may follow";
+    EXPECT_TRUE(import("d.obj", kQuadObj + uvs + "f 1 2 3 4\n").uvs.empty());
+    expectFault("e.obj", kQuadObj + uvs + "f 1/1 2/2 3/3 4/5\n", "texture coordinates 5, but there are only 4");
+    expectFault("f.obj", kQuadObj + uvs + "f 1/1 2/2 3/3 4/x\n", "texture coordinates '4/x', which does not exist");
+    expectFault("g.obj", kQuadObj + "vt one\nf 1 2 3\n", "texture coordinates 1 are no numbers");
+}
+
+TEST_F(ImportMesh, FacesWithoutUvsSayso)
+{
+    const std::string faces = "f 1 2 3\nf 1/1 3/2 4/3\nf 1/1 2 3/1\n";
+    const SourceMesh mesh = import("a.obj", kQuadObj + "vt 0 0\nvt 1 0\nvt 1 2\n" + faces);
+    ASSERT_EQ(mesh.uvs.size(), 3U);
+    EXPECT_FALSE(mesh.hasUvs(0));
+    EXPECT_TRUE(mesh.hasUvs(1));
+    EXPECT_FALSE(mesh.hasUvs(2)) << "all corners or none";
+}
+
+TEST_F(ImportMesh, UnusableUvsAreNone)
+{
+    for (const char* bad : {"nan 0", "0 inf", "2e6 0", "0 -2e6"}) {
+        const std::string uvs = "vt 0 0\nvt 1 0\nvt -1 -1\nvt " + std::string(bad) + "\n";
+        const SourceMesh mesh = import("a.obj", kQuadObj + uvs + "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\nf 1/3 2/3 4/3\n");
+        ASSERT_EQ(mesh.uvs.size(), 3U);
+        EXPECT_TRUE(mesh.hasUvs(0));
+        EXPECT_FALSE(mesh.hasUvs(1)) << bad;
+        EXPECT_FALSE(mesh.hasUvs(2)) << "marked as untextured";
+    }
+}
+
+TEST_F(ImportMesh, TheTurnedDiagonalTakesItsUvsAlong)
+{
+    const SourceMesh mesh =
+        import("dart.obj", "v 0 0 0\nv 1 -1 0\nv 4 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 2 0\nvt 3 0\nf 2/2 3/3 4/4 1/1\n");
+    for (std::size_t t = 0; t < 2; ++t) {
+        for (std::size_t k = 0; k < 3; ++k) { EXPECT_EQ(mesh.uvs[t][k].x(), static_cast<float>(mesh.triangles[t][k])); }
+    }
+    const SourceMesh concave =
+        import("arrow.obj", "v 0 0 0\nv 2 -2 0\nv 1 0 0\nv 2 2 0\nvt 0 0\nvt 1 0\nvt 2 0\nvt 3 0\nf 2/2 3/3 4/4 1/1\n");
+    EXPECT_EQ(concave.triangles.front()[2], 0U) << "the diagonal is turned";
+    for (std::size_t t = 0; t < 2; ++t) {
+        for (std::size_t k = 0; k < 3; ++k) { EXPECT_EQ(concave.uvs[t][k].x(), static_cast<float>(concave.triangles[t][k])); }
+    }
+}
+
+std::string quadPly(const std::string& vertexProperties, const std::string& faceProperties,
+                    const std::array<std::string, 4>& ofVertices, const std::string& ofFace)
+{
+    std::string text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n" +
+                       vertexProperties + "element face 1\nproperty list uchar int vertex_indices\n" + faceProperties +
+                       "end_header\n";
+    const std::array<const char*, 4> points{"0 0 0 ", "1 0 0 ", "1 1 0 ", "0 1 0 "};
+    for (std::size_t v = 0; v < 4; ++v) { text += points[v] + ofVertices[v] + "\n"; }
+    return text + "4 0 1 2 3 " + ofFace + "\n";
+}
+
+TEST_F(ImportMesh, ReadsUvsFromPly)
+{
+    using Names = std::pair<const char*, const char*>;
+    for (const auto& [u, v] : {Names("s", "t"), Names("u", "v"), Names("texture_u", "texture_v"), Names("texture_s", "texture_t")}) {
+        const std::string properties = std::string("property float ") + u + "\nproperty double " + v + "\n";
+        EXPECT_EQ(import("a.ply", quadPly(properties, "", {"0 0", "1 0", "1 2", "0 2"}, "")).uvs, kQuadUvs) << u;
+    }
+    const std::string texcoord = "property list uchar float texcoord\n";
+    EXPECT_EQ(import("b.ply", quadPly("", texcoord, {"", "", "", ""}, "8 0 0 1 0 1 2 0 2")).uvs, kQuadUvs);
+    EXPECT_TRUE(import("c.ply", quadPly("", texcoord, {"", "", "", ""}, "0")).uvs.empty());
+    EXPECT_TRUE(import("d.ply", quadPly("", texcoord, {"", "", "", ""}, "6 0 0 1 0 1 2")).uvs.empty());
+    EXPECT_TRUE(import("e.ply", quadPly("property float s\n", "", {"0", "1", "1", "0"}, "")).uvs.empty());
+    EXPECT_EQ(import("f.ply", quadPly("property float s\nproperty float t\n", texcoord, {"7 7", "7 7", "7 7", "7 7"},
+                                      "8 0 0 1 0 1 2 0 2"))
+                  .uvs,
+              kQuadUvs)
+        << "the faces' are the more exact ones";
+}
+
+TEST_F(ImportMesh, ReadsColours)
+{
+    const std::string bytes = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    const std::array<std::string, 4> ofVertices{"1 2 3", "255 0 0", "0 255 0", "0 0 255"};
+    const std::vector<Rgba> opaque{{1, 2, 3, 255}, {255, 0, 0, 255}, {0, 255, 0, 255}, {0, 0, 255, 255}};
+    EXPECT_EQ(import("a.ply", quadPly(bytes, "", ofVertices, "")).colors, opaque);
+    const std::string floats =
+        "property float red\nproperty float green\nproperty float blue\nproperty ushort alpha\n";
+    const std::array<std::string, 4> precise{"0 0.5 1 0", "2 -1 nan 65535", "0 0 0 32768", "1 1 1 65535"};
+    EXPECT_EQ(import("b.ply", quadPly(floats, "", precise, "")).colors,
+              (std::vector<Rgba>{{0, 128, 255, 0}, {255, 0, 0, 255}, {0, 0, 0, 128}, {255, 255, 255, 255}}));
+    const SourceMesh obj = import("c.obj", "v 0 0 0\nv 1 0 0 0 0.5 1\nv 1 1 0 1\nf 1 2 3\n");
+    EXPECT_EQ(obj.colors, (std::vector<Rgba>{{255, 255, 255, 255}, {0, 128, 255, 255}, {255, 255, 255, 255}}));
+    EXPECT_TRUE(import("d.obj", kQuadObj + "f 1 2 3\n").colors.empty());
 }
 
 TEST_F(ImportMesh, FansPolygonsAndKeepsShortOnesForTheCleaning)

@@ -13,6 +13,8 @@
 #include <osg/MatrixTransform>
 #include <osg/PolygonMode>
 #include <osg/ShapeDrawable>
+#include <osg/TexMat>
+#include <osg/Texture2D>
 
 #include <array>
 #include <cmath>
@@ -367,6 +369,126 @@ TEST_F(Rendering, camerasThatInheritTheViewpointSelectWhatTheMainViewSelects)
         EXPECT_NEAR(other.leastCosine, main.leastCosine, 1e-9);
         EXPECT_TRUE(byCamera["main"].localToWorld.isIdentity());
     }
+}
+
+/// The synthetic asset with attributes that are linear in place: y and z from −2 to 2 as texture coordinates and as red and
+/// green from 0 to 1.
+LodAsset linearAsset(bool withUvs, bool withColors)
+{
+    LodAsset asset = makeSyntheticAsset(16, true);
+    asset.uvLattice = {{0.0F, 0.0F}, {1.0F / UvLattice::kUnits, 1.0F / UvLattice::kUnits}};
+    for (std::size_t l = 0; l < asset.levels.size(); ++l) {
+        LodLevel& level = asset.levels[l];
+        const std::size_t count = TessellationPattern::vertexCount(asset.ladder[l]);
+        if (withUvs) { level.uvErrors.assign(level.errors.size(), 0.0F); }
+        for (std::size_t v = 0; v < level.vertices.size(); ++v) {
+            const auto at = asset.position(asset.patches[v / count], level.vertices[v]); // all patches reach all levels
+            const float right = (at[1] + 2.0F) / 4.0F;
+            const float up = (at[2] + 2.0F) / 4.0F;
+            if (withUvs) { level.uvs.push_back(asset.uvLattice.encode(right, up)); }
+            const auto byte = [](float x) { return static_cast<std::uint32_t>(std::lround(255.0F * x)); };
+            if (withColors) { level.colors.push_back(byte(right) | byte(up) << 8 | 255U << 16 | 255U << 24); }
+        }
+    }
+    asset.validate();
+    return asset;
+}
+
+/// 256 × 256 texels with red along u, green along v, and blue.
+osg::ref_ptr<osg::Texture2D> gradientTexture()
+{
+    const osg::ref_ptr<osg::Image> image = new osg::Image;
+    image->allocateImage(256, 256, 1, GL_RGB, GL_UNSIGNED_BYTE);
+    for (int t = 0; t < 256; ++t) {
+        for (int u = 0; u < 256; ++u) {
+            unsigned char* texel = image->data(static_cast<unsigned>(u), static_cast<unsigned>(t));
+            texel[0] = static_cast<unsigned char>(u);
+            texel[1] = static_cast<unsigned char>(t);
+            texel[2] = 255;
+        }
+    }
+    const osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D(image.get());
+    texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
+    texture->setWrap(osg::Texture::WRAP_S, osg::Texture::CLAMP_TO_EDGE);
+    return texture;
+}
+
+class ColoredRendering : public Rendering {
+protected:
+    /// Looks along −x at the yz-plane from −2 to 2, unlit.
+    void show(LodAsset asset)
+    {
+        drawable->setAsset(std::make_shared<const LodAsset>(std::move(asset)));
+        camera().setViewMatrixAsLookAt({5.0, 0.0, 0.0}, osg::Vec3d(), osg::Vec3d(0.0, 0.0, 1.0));
+        camera().setProjectionMatrixAsOrtho(-2.0, 2.0, -2.0, 2.0, 1.0, 10.0);
+        root->getOrCreateStateSet()->setMode(GL_LIGHTING, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
+        root->getStateSet()->setTextureAttributeAndModes(0, gradientTexture().get(), osg::StateAttribute::ON);
+        ask(1.0);
+        frame();
+    }
+    /// Red and green follow the place on the screen to within `tolerance`.
+    void expectGradient(double tolerance)
+    {
+        for (int y = 70; y < 130; y += 5) {
+            for (int x = 70; x < 130; x += 5) {
+                const Pixel p = pixel(x, y);
+                EXPECT_NEAR(p[0], 255.0 * (x + 0.5) / kSize, tolerance) << x << " " << y;
+                EXPECT_NEAR(p[1], 255.0 * (y + 0.5) / kSize, tolerance) << x << " " << y;
+                EXPECT_EQ(p[2], 255);
+            }
+        }
+    }
+    void setTextureMode(unsigned mode) { root->getStateSet()->setTextureMode(0, GL_TEXTURE_2D, mode); }
+};
+
+TEST_F(ColoredRendering, textureLiesWhereTheUvsSay)
+{
+    show(linearAsset(true, false));
+    // Half a texel between texel centres and texel numbers, and rounding to 8 bits twice.
+    expectGradient(1.5);
+    setTextureMode(osg::StateAttribute::OFF);
+    frame();
+    EXPECT_EQ(pixel(100, 100), (Pixel{204, 204, 204})); // the material's
+}
+
+TEST_F(ColoredRendering, textureMatrixApplies)
+{
+    show(linearAsset(true, false));
+    const Pixel before = pixel(100, 120);
+    root->getStateSet()->setTextureAttributeAndModes(0, new osg::TexMat(osg::Matrix::translate(0.25, 0.0, 0.0)));
+    frame();
+    EXPECT_NEAR(pixel(100, 120)[0], before[0] + 64, 1);
+    EXPECT_EQ(pixel(100, 120)[1], before[1]);
+}
+
+TEST_F(ColoredRendering, sourceColoursAreShown)
+{
+    show(linearAsset(false, true));
+    expectGradient(1.5); // rounded to 8 bits at the vertices and in the picture
+}
+
+TEST_F(ColoredRendering, textureIsMultipliedWithColours)
+{
+    show(linearAsset(true, true));
+    const Pixel p = pixel(110, 90);
+    EXPECT_NEAR(p[0], 255.0 * (110.5 / kSize) * (110.5 / kSize), 2.0);
+    EXPECT_NEAR(p[1], 255.0 * (90.5 / kSize) * (90.5 / kSize), 2.0);
+}
+
+TEST_F(ColoredRendering, facesWithoutUvsShowNoTexture)
+{
+    LodAsset asset = linearAsset(true, false);
+    for (LodLevel& level : asset.levels) {
+        for (std::uint32_t& uv : level.uvs) { uv = UvLattice::kNone; }
+    }
+    show(std::move(asset));
+    EXPECT_EQ(pixel(100, 100), (Pixel{204, 204, 204}));
+}
+
+TEST_F(ColoredRendering, withoutUvsTheTextureIsNotAsked)
+{
+    show(makeSyntheticAsset(16, true));
+    EXPECT_EQ(pixel(100, 100), (Pixel{204, 204, 204}));
 }
 
 } // namespace

@@ -209,6 +209,89 @@ TEST_F(SurfaceCapture, weightsAreTheTwins)
     }
 }
 
+/// The vertices drawn, as triples: what the evaluation stage has in `expression` instead of positions.
+osg::ref_ptr<osg::Program> programCapturing(const std::string& expression)
+{
+    std::string text = shaderText("tesslod_patch.teval");
+    const std::string position = "tessLodObjectPosition = point.position;";
+    const std::size_t at = text.find(position);
+    EXPECT_NE(at, std::string::npos);
+    text.replace(at, position.size(), "tessLodObjectPosition = " + expression + ";");
+    const osg::ref_ptr<osg::Program> program = new osg::Program;
+    program->addShader(createShader(osg::Shader::VERTEX, "tesslod_patch.vert", {}).get());
+    program->addShader(createShader(osg::Shader::TESSCONTROL, "tesslod_patch.tctrl", {}).get());
+    program->addShader(createShaderFromText(osg::Shader::TESSEVALUATION, text, {"tesslod_pattern.glsl", "tesslod_surface.glsl"})
+                           .get());
+    program->addTransformFeedBackVarying("tessLodObjectPosition");
+    program->setTransformFeedBackMode(GL_INTERLEAVED_ATTRIBS);
+    return program;
+}
+
+/// Sorted; of each triangle the first of its three rotations, whatever corners are alike.
+std::vector<Triangle> sortedTriangles(std::vector<Triangle> triangles)
+{
+    for (Triangle& t : triangles) {
+        const Triangle once{t[1], t[2], t[0]};
+        const Triangle twice{t[2], t[0], t[1]};
+        t = std::min({t, once, twice});
+    }
+    std::sort(triangles.begin(), triangles.end());
+    return triangles;
+}
+
+TEST_F(SurfaceCapture, attributesAreTheTwins)
+{
+    using Point = MorphedSurface::TessLodPoint;
+    struct Attribute {
+        const char* expression;
+        Vec3 (*twin)(const Point&);
+    };
+    const std::array<Attribute, 3> attributes{
+        {{"point.texCoord", [](const Point& p) { return p.texCoord; }},
+         {"point.color.rgb", [](const Point& p) { return Vec3{p.color[0], p.color[1], p.color[2]}; }},
+         {"point.color.aga", [](const Point& p) { return Vec3{p.color[3], p.color[1], p.color[3]}; }}}};
+    for (const LodAsset& made : {withAttributes(withBorderParents(makeSyntheticDisplacedAsset(16))),
+                                 withAttributes(makeSyntheticMixedAsset(16))}) {
+        made.validate();
+        for (const Attribute& attribute : attributes) {
+            const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(made);
+            asset->captureState()->setAttributeAndModes(programCapturing(attribute.expression).get(),
+                                                        osg::StateAttribute::ON | osg::StateAttribute::PROTECTED);
+            std::mt19937 random(9);
+            for (int k = 0; k < 5; ++k) {
+                std::vector<PatchRecord> records = randomRecords(made, random);
+                const std::vector<osg::Vec3f> captured = capture(*asset, records);
+                std::size_t at = 0;
+                for (const PatchRecord& record : records) {
+                    const unsigned factor = made.ladder[MorphedSurface::drawnLevel(record.edgeLevels)];
+                    std::vector<Triangle> twins;
+                    std::vector<Triangle> drawn;
+                    const TessellationPattern pattern(factor);
+                    for (const TessellationPattern::Triangle& t : pattern.triangles()) {
+                        Triangle twin{};
+                        Triangle own{};
+                        for (std::size_t c = 0; c < 3; ++c, ++at) {
+                            twin[c] = attribute.twin(
+                                asset->surface().tessLodSurfacePoint(record.patch, record.edgeLevels, t[c]));
+                            ASSERT_LT(at, captured.size());
+                            own[c] = {captured[at].x(), captured[at].y(), captured[at].z()};
+                        }
+                        twins.push_back(twin);
+                        drawn.push_back(own);
+                    }
+                    ASSERT_EQ(sortedTriangles(drawn), sortedTriangles(twins)) << attribute.expression << ", patch "
+                                                                              << record.patch;
+                }
+            }
+        }
+    }
+}
+
+TEST_F(SurfaceCapture, attributesDoNotMoveTheSurface)
+{
+    expectSound(withAttributes(makeSyntheticAsset(16, true)), 5);
+}
+
 TEST_F(SurfaceCapture, anyLegalLevelsGiveAClosedSurfaceEqualToTheTwin)
 {
     expectSound(makeSyntheticAsset(32, false), 40);
