@@ -91,8 +91,9 @@ public:
         }
         if (_mesh.positions.size() > kMaxElements) { throw AssetError("more than 2^32 vertices"); }
         _vertices.check("vertex", _mesh.positions.size());
-        _uvs.check("texture coordinates", _mesh.uvs.size());
+        if (_mesh.uvs.empty()) { _mesh.uvTriangles.clear(); } // left out of the file, whatever its faces say
         if (_mesh.uvTriangles.empty()) { _mesh.uvs.clear(); }
+        if (!_mesh.uvs.empty()) { _uvs.check("texture coordinates", _mesh.uvs.size()); }
         return std::move(_mesh);
     }
 

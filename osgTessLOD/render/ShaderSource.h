@@ -16,7 +16,7 @@ const char* embeddedShader(const std::string& name);
 
 /// Text of a shader: of the file `name` on OSG_FILE_PATH if there is one, else the built-in text. Empty, with an OSG_WARN,
 /// if there is neither.
-std::string shaderText(const std::string& name);
+OSGTESSLOD_EXPORT std::string shaderText(const std::string& name);
 
 /// `text`, the source of a stage, with the texts of `shared` pasted behind its #version line, in order, because GLSL has no
 /// #include. #line keeps the compiler's messages right: file 0 is the stage, 1 … the shared texts.

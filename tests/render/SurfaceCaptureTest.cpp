@@ -7,6 +7,13 @@
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/AssetPages.h>
 #include <osgTessLOD/render/DrawContext.h>
+#include <osgTessLOD/render/ShaderSource.h>
+
+#include <support/FileBytes.h>
+#include <support/TemporaryDirectory.h>
+
+#include <osgDB/FileUtils>
+#include <osgDB/Registry>
 
 #include <array>
 #include <cmath>
@@ -209,23 +216,30 @@ TEST_F(SurfaceCapture, weightsAreTheTwins)
     }
 }
 
-/// The vertices drawn, as triples: what the evaluation stage has in `expression` instead of positions.
-osg::ref_ptr<osg::Program> programCapturing(const std::string& expression)
-{
-    std::string text = shaderText("tesslod_patch.teval");
-    const std::string position = "tessLodObjectPosition = point.position;";
-    const std::size_t at = text.find(position);
-    EXPECT_NE(at, std::string::npos);
-    text.replace(at, position.size(), "tessLodObjectPosition = " + expression + ";");
-    const osg::ref_ptr<osg::Program> program = new osg::Program;
-    program->addShader(createShader(osg::Shader::VERTEX, "tesslod_patch.vert", {}).get());
-    program->addShader(createShader(osg::Shader::TESSCONTROL, "tesslod_patch.tctrl", {}).get());
-    program->addShader(createShaderFromText(osg::Shader::TESSEVALUATION, text, {"tesslod_pattern.glsl", "tesslod_surface.glsl"})
-                           .get());
-    program->addTransformFeedBackVarying("tessLodObjectPosition");
-    program->setTransformFeedBackMode(GL_INTERLEAVED_ATTRIBS);
-    return program;
-}
+/// While it lives, programs that are made anew capture `expression` where they would capture positions.
+class CapturedInstead {
+public:
+    explicit CapturedInstead(const std::string& expression)
+        : _before(osgDB::getDataFilePathList())
+    {
+        std::string text = shaderText("tesslod_patch.teval");
+        const std::string position = "tessLodObjectPosition = point.position;";
+        const std::size_t at = text.find(position);
+        EXPECT_NE(at, std::string::npos);
+        text.replace(at, position.size(), "tessLodObjectPosition = " + expression + ";");
+        writeBytes(_folder.file("tesslod_patch.teval"), text);
+        osgDB::FilePathList paths = _before;
+        paths.push_front(_folder.file(""));
+        osgDB::setDataFilePathList(paths);
+    }
+    ~CapturedInstead() { osgDB::setDataFilePathList(_before); }
+    CapturedInstead(const CapturedInstead&) = delete;
+    CapturedInstead& operator=(const CapturedInstead&) = delete;
+
+private:
+    osgDB::FilePathList _before;
+    TemporaryDirectory _folder;
+};
 
 /// Sorted; of each triangle the first of its three rotations, whatever corners are alike.
 std::vector<Triangle> sortedTriangles(std::vector<Triangle> triangles)
@@ -254,9 +268,8 @@ TEST_F(SurfaceCapture, attributesAreTheTwins)
                                  withAttributes(makeSyntheticMixedAsset(16))}) {
         made.validate();
         for (const Attribute& attribute : attributes) {
+            const CapturedInstead instead(attribute.expression);
             const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(made);
-            asset->captureState()->setAttributeAndModes(programCapturing(attribute.expression).get(),
-                                                        osg::StateAttribute::ON | osg::StateAttribute::PROTECTED);
             std::mt19937 random(9);
             for (int k = 0; k < 5; ++k) {
                 std::vector<PatchRecord> records = randomRecords(made, random);
