@@ -57,6 +57,7 @@ void writeJson(std::ostream& stream, const FrameStatistics& statistics)
     for (const auto& [factor, patches] : selected.patchesByFactor) {
         json["patchesByFactor"][std::to_string(factor)] = patches;
     }
+    json["backends"] = statistics.backends;
     if (statistics.captured) {
         json["capture"] = {{"triangles", statistics.captured->triangles},
                            {"degenerateTriangles", statistics.captured->degenerateTriangles},
@@ -83,7 +84,9 @@ void writeSummary(std::ostream& stream, const FrameStatistics& statistics)
     for (const auto& [factor, patches] : selected.patchesByFactor) { stream << "  " << factor << ": " << patches; }
     stream << '\n'
            << std::fixed << std::setprecision(2) << "cull " << time.cull << " ms, draw " << time.draw << " ms, frame "
-           << time.frame << " ms; " << statistics.glRenderer << '\n';
+           << time.frame << " ms; ";
+    for (const std::string& backend : statistics.backends) { stream << backend << ", "; }
+    stream << statistics.glRenderer << '\n';
 }
 
 } // namespace osgTessLOD

@@ -8,6 +8,7 @@
 
 #include <iosfwd>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,7 @@ struct FrameStatistics {
     osg::Matrixd projection;           ///< with the near and far planes that were used
     std::optional<double> errorPixels; ///< the largest asked of any drawable; none: no drawables
     SelectionSums selected;
+    std::set<std::string> backends; ///< that drew what was selected, by name
     std::optional<CapturedMesh::Counts> captured;
     std::vector<FrameTime> times;
 };

@@ -89,6 +89,8 @@ void FrameReader::read(osg::RenderInfo& renderInfo)
     for (const FrameSelection& entry : selections) {
         const double asked = entry.drawable->getOptions().errorPixels;
         _statistics.errorPixels = std::max(asked, _statistics.errorPixels.value_or(asked));
+        const std::optional<Backend> backend = entry.selection->backend(renderInfo);
+        if (backend) { _statistics.backends.insert(nameOf(*backend)); }
     }
     if (_wantsImage) {
         _image = new osg::Image;

@@ -28,6 +28,7 @@ struct ViewerOptions {
     std::optional<unsigned> maxFactor; ///< the same
     std::optional<SelectionOptions::Metric> metric; ///< the same
     std::optional<SelectionOptions::Bound> bound;   ///< the same
+    std::optional<Backend> backend;                 ///< the same
     bool cullPatches = true;
     bool colorByLevel = false;
     bool wireframe = false;

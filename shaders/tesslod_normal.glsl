@@ -13,9 +13,15 @@ uniform usamplerBuffer tessLodNormals;
 uniform int tessLodPatchCount;
 uniform int tessLodNormalLevelCount;
 
+// unpackSnorm2x16(), which versions before 4.20 lack.
+vec2 tessLodUnpackSnorm(uint bits)
+{
+    return clamp(vec2(int(bits << 16) >> 16, int(bits) >> 16) / 32767.0, -1.0, 1.0);
+}
+
 vec3 tessLodOctahedralNormal(uint bits)
 {
-    vec2 folded = unpackSnorm2x16(bits);
+    vec2 folded = tessLodUnpackSnorm(bits);
     vec3 n = vec3(folded, 1.0 - abs(folded.x) - abs(folded.y));
     vec2 signs = vec2(folded.x < 0.0 ? -1.0 : 1.0, folded.y < 0.0 ? -1.0 : 1.0);
     if (n.z < 0.0) { n.xy = (1.0 - abs(folded.yx)) * signs; }

@@ -1,4 +1,4 @@
-#version 420 compatibility
+#version 330 compatibility
 // SPDX-License-Identifier: MIT
 // Shades the surface as OpenGL's fixed function would, per fragment; both sides are lit.
 // Needs tesslod_normal.glsl, tesslod_color.glsl and tesslod_lighting.glsl.

@@ -1,25 +1,30 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/render/DrawContext.h>
 
+#include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/GlConstants.h>
+#include <osgTessLOD/render/PatchSelector.h>
+#include <osgTessLOD/render/PatternCheck.h>
 
 #include <osg/BufferObject>
 #include <osg/ContextData>
 #include <osg/GLExtensions>
 #include <osg/GLObjects>
+#include <osg/Notify>
 #include <osg/VertexArrayState>
 
 #include <string>
+#include <utility>
 
 namespace osgTessLOD {
 
 namespace {
 
 /// Deletes buffer names when OSG next flushes with the context current.
-class StreamBufferManager : public osg::GLObjectManager {
+class DrawBufferManager : public osg::GLObjectManager {
 public:
-    explicit StreamBufferManager(unsigned contextId)
-        : osg::GLObjectManager("osgTessLOD::StreamBufferManager", contextId)
+    explicit DrawBufferManager(unsigned contextId)
+        : osg::GLObjectManager("osgTessLOD::DrawBufferManager", contextId)
     {
     }
     void deleteGLObject(GLuint buffer) override
@@ -41,17 +46,21 @@ void DrawContext::release(osg::State& state)
 {
     if (state._extensionMap.count(&typeid(DrawContext)) == 0) { return; }
     auto* context = state.get<DrawContext>();
-    if (context->_buffer != 0) {
-        osg::get<StreamBufferManager>(context->_contextId)->scheduleGLObjectForDeletion(context->_buffer);
-    }
-    context->_buffer = 0;
+    auto* manager = osg::get<DrawBufferManager>(context->_contextId);
+    if (context->_stream != 0) { manager->scheduleGLObjectForDeletion(context->_stream); }
+    for (const auto& [factor, buffer] : context->_patterns) { manager->scheduleGLObjectForDeletion(buffer); }
+    context->_stream = 0;
+    context->_patterns.clear();
 }
 
 void DrawContext::query(osg::State& state)
 {
     const auto* gl = state.get<osg::GLExtensions>();
+    const auto has = [&](float version) { return gl->glVersion >= version && gl->glslLanguageVersion >= version; };
     _queried = true;
-    _supported = gl->areTessellationShadersSupported && gl->glVersion >= 4.2F && gl->glslLanguageVersion >= 4.2F;
+    _supported = has(3.3F);
+    _tessellates = gl->areTessellationShadersSupported && has(4.2F);
+    _patternCheck = driverMakesPattern;
     GLint texels = 0;
     if (_supported) { glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels); }
     _maxTextureBufferTexels = texels;
@@ -62,20 +71,60 @@ void DrawContext::query(osg::State& state)
     _verticesPerDraw = software ? kSoftwareVerticesPerDraw : 4'000'000;
 }
 
+void DrawContext::setPatternCheck(PatternCheck check)
+{
+    _patternCheck = std::move(check);
+    _checkedFactors.clear();
+}
+
+bool DrawContext::canTessellate(osg::State& state, const std::vector<std::uint16_t>& factors)
+{
+    for (const std::uint16_t factor : factors) {
+        if (!_tessellates || factor > PatchSelector::kMaxDrawnFactor) { break; }
+        if (!_checkedFactors.insert(factor).second || _patternCheck(state, factor)) { continue; }
+        _tessellates = false;
+        OSG_WARN << "osgTessLOD: the tessellator of " << reinterpret_cast<const char*>(glGetString(GL_RENDERER))
+                 << " has another pattern of factor " << factor << " than expected: drawing instances instead"
+                 << std::endl;
+    }
+    return _tessellates;
+}
+
 void DrawContext::bindStream(osg::State& state, const void* data, std::size_t bytes)
 {
     const auto* gl = state.get<osg::GLExtensions>();
-    if (_buffer == 0) { gl->glGenBuffers(1, &_buffer); }
-    gl->glBindBuffer(GL_ARRAY_BUFFER_ARB, _buffer);
+    if (_stream == 0) { gl->glGenBuffers(1, &_stream); }
+    gl->glBindBuffer(GL_ARRAY_BUFFER_ARB, _stream);
     gl->glBufferData(GL_ARRAY_BUFFER_ARB, static_cast<GLsizeiptr>(bytes), data, GL_STREAM_DRAW_ARB);
 }
 
-void DrawContext::unbindStream(osg::State& state)
+void DrawContext::bindPattern(osg::State& state, unsigned factor)
+{
+    const auto* gl = state.get<osg::GLExtensions>();
+    unsigned& buffer = _patterns[factor];
+    const bool isNew = buffer == 0;
+    if (isNew) { gl->glGenBuffers(1, &buffer); }
+    gl->glBindBuffer(GL_ELEMENT_ARRAY_BUFFER_ARB, buffer);
+    if (!isNew) { return; }
+    std::vector<std::uint16_t> indices;
+    const TessellationPattern pattern(factor);
+    for (const TessellationPattern::Triangle& triangle : pattern.triangles()) {
+        for (const std::uint32_t vertex : triangle) { indices.push_back(static_cast<std::uint16_t>(vertex)); }
+    }
+    gl->glBufferData(GL_ELEMENT_ARRAY_BUFFER_ARB, static_cast<GLsizeiptr>(indices.size() * sizeof(std::uint16_t)),
+                     indices.data(), GL_STATIC_DRAW_ARB);
+}
+
+void DrawContext::unbind(osg::State& state)
 {
     // unbindVertexBufferObject() does nothing where OSG believes that nothing is bound.
-    state.get<osg::GLExtensions>()->glBindBuffer(GL_ARRAY_BUFFER_ARB, 0);
-    if (state.getCurrentVertexArrayState() != nullptr) {
-        state.getCurrentVertexArrayState()->setCurrentVertexBufferObject(nullptr);
+    const auto* gl = state.get<osg::GLExtensions>();
+    gl->glBindBuffer(GL_ARRAY_BUFFER_ARB, 0);
+    gl->glBindBuffer(GL_ELEMENT_ARRAY_BUFFER_ARB, 0);
+    osg::VertexArrayState* arrays = state.getCurrentVertexArrayState();
+    if (arrays != nullptr) {
+        arrays->setCurrentVertexBufferObject(nullptr);
+        arrays->setCurrentElementBufferObject(nullptr);
     }
 }
 

@@ -2,19 +2,25 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
+#include <osgTessLOD/render/SelectionOptions.h>
 
 #include <osg/Referenced>
 #include <osg/State>
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <map>
+#include <optional>
+#include <set>
+#include <vector>
 
 namespace osgTessLOD {
 
-/// What drawing needs per osg::State, that is, per graphics context: its limits, asked for once, and one vertex buffer
-/// that every draw fills anew (so that the driver gives it fresh memory while the last content is still being read).
-/// Lives in the State and is used by its graphics thread only.
+/// What drawing needs per osg::State, that is, per graphics context: what the context can do, asked for once; a vertex buffer
+/// that every draw fills anew (so that the driver gives it fresh memory while the last content is still being read); and the
+/// index buffers of patterns. Lives in the State and is used by its graphics thread only.
 class OSGTESSLOD_EXPORT DrawContext : public osg::Referenced {
 public:
     /// Made by osg::State::get.
@@ -25,11 +31,21 @@ public:
 
     /// That of `state`, whose context must be current.
     static DrawContext& of(osg::State& state);
-    /// Forgets the buffer of `state`, if there is one, and has it deleted when the context is next current. Any thread.
+    /// Forgets the buffers of `state`, if there are any, and has them deleted when the context is next current. Any thread.
     static void release(osg::State& state);
 
-    /// Tessellation shaders, texture buffers and GLSL 4.20.
+    /// Can the context draw at all? Backend::Instanced needs OpenGL and GLSL 3.3.
     bool supported() const { return _supported; }
+    /// Backend::Tessellation needs OpenGL and GLSL 4.2, and the pattern that the driver's tessellator makes of each of these
+    /// factors to be TessellationPattern's. Each factor is checked once; if it is another, says so and never tessellates.
+    bool canTessellate(osg::State& state, const std::vector<std::uint16_t>& factors);
+    using PatternCheck = std::function<bool(osg::State&, unsigned factor)>;
+    /// The check to make instead of driverMakesPattern().
+    void setPatternCheck(PatternCheck check);
+    /// The backend that was found to be the faster one, once that has been tried; what to remember of it.
+    std::optional<Backend> fastestBackend() const { return _fastestBackend; }
+    void setFastestBackend(Backend backend) { _fastestBackend = backend; }
+
     std::int64_t maxTextureBufferTexels() const { return std::min(_maxTextureBufferTexels, _texelLimit); }
     /// Has the context be treated as one that allows no more than this either. Between draws.
     void limitTextureBufferTexels(std::int64_t most) { _texelLimit = most; }
@@ -40,8 +56,10 @@ public:
 
     /// Binds the buffer, filled with `bytes` bytes of `data`, to GL_ARRAY_BUFFER.
     void bindStream(osg::State& state, const void* data, std::size_t bytes);
-    /// Leaves no buffer bound and OSG's bookkeeping saying so.
-    static void unbindStream(osg::State& state);
+    /// Binds the triangles of the factor's pattern, 16-bit indices, to GL_ELEMENT_ARRAY_BUFFER.
+    void bindPattern(osg::State& state, unsigned factor);
+    /// Leaves no buffers bound and OSG's bookkeeping saying so.
+    static void unbind(osg::State& state);
 
 protected:
     ~DrawContext() override = default; // the buffer goes with its context
@@ -52,10 +70,15 @@ private:
     unsigned _contextId;
     bool _queried = false;
     bool _supported = false;
+    bool _tessellates = false;
+    PatternCheck _patternCheck;
+    std::set<unsigned> _checkedFactors;
+    std::optional<Backend> _fastestBackend;
     std::int64_t _maxTextureBufferTexels = 0;
     std::int64_t _texelLimit = std::numeric_limits<std::int64_t>::max();
     std::uint64_t _verticesPerDraw = kSoftwareVerticesPerDraw;
-    unsigned _buffer = 0;
+    unsigned _stream = 0;
+    std::map<unsigned, unsigned> _patterns; ///< buffers by factor
 };
 
 } // namespace osgTessLOD

@@ -45,7 +45,7 @@ const AssetPages* GpuAsset::pagesFor(osg::State& state) const
 {
     const DrawContext& context = DrawContext::of(state);
     if (!context.supported()) {
-        warnOnce("OpenGL 4.2 with tessellation shaders is needed");
+        warnOnce("OpenGL 3.3 is needed");
         return nullptr;
     }
     if (_asset->levels.size() > AssetPages::kMaxLevels) {
@@ -72,8 +72,11 @@ void GpuAsset::compileGLObjects(osg::State& state) const
     const AssetPages* pages = pagesFor(state);
     if (pages == nullptr || pages->pages().empty()) { return; }
     pages->compileGLObjects(state);
-    state.pushStateSet(pages->pages().front().state.get()); // its defines choose the variant of the program
-    _programs->compileGLObjects(state);
+    state.pushStateSet(pages->pages().front().state.get()); // its defines choose the variants of programs
+    _programs->compileGLObjects(state, Backend::Instanced);
+    if (DrawContext::of(state).canTessellate(state, _asset->ladder)) {
+        _programs->compileGLObjects(state, Backend::Tessellation);
+    }
     state.popStateSet();
 }
 

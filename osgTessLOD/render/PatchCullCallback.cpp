@@ -121,7 +121,8 @@ bool PatchCullCallback::cull(osg::NodeVisitor* visitor, osg::Drawable* drawable,
     const SelectionView view = viewOf(*cull, lod->getOptions());
     PatchSelector::Result selected = asset->selector().select(view, lod->getOptions(), frustumOf(*cull));
     const osg::ref_ptr<PatchSelection> selection =
-        new PatchSelection(asset, std::move(selected.records), std::move(selected.statistics), view);
+        new PatchSelection(asset, std::move(selected.records), std::move(selected.statistics), view,
+                           lod->getOptions().backend);
     if (lod->getSelectionObserver() != nullptr) {
         const osg::Matrixd localToWorld = osg::computeLocalToWorld(cull->getNodePath());
         lod->getSelectionObserver()->selected(cull->getCurrentCamera(), localToWorld, *selection);

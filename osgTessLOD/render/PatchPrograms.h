@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/render/SelectionOptions.h>
+
 #include <osg/Referenced>
 #include <osg/StateSet>
 #include <osg/ref_ptr>
@@ -8,6 +10,7 @@
 #include <map>
 #include <mutex>
 #include <string>
+#include <utility>
 
 namespace osgTessLOD {
 
@@ -18,11 +21,12 @@ public:
     /// The ones that are alive, or new ones: so that scenes of many assets compile and switch shaders once. Any thread.
     static osg::ref_ptr<PatchPrograms> shared();
 
-    osg::StateSet* draw() const { return _draw.get(); }
+    /// `backend` is not Auto here nor below.
+    osg::StateSet* draw(Backend backend) const { return _draw.at(backend).get(); }
     /// Gives a vec3 that the vertex stages put out to transform feedback. Any thread.
-    osg::ref_ptr<osg::StateSet> capture(const std::string& varying) const;
+    osg::ref_ptr<osg::StateSet> capture(Backend backend, const std::string& varying) const;
 
-    void compileGLObjects(osg::State& state) const;
+    void compileGLObjects(osg::State& state, Backend backend) const;
     void releaseGLObjects(osg::State* state) const;
     void resizeGLObjectBuffers(unsigned maxSize);
 
@@ -32,9 +36,9 @@ protected:
 private:
     PatchPrograms();
 
-    osg::ref_ptr<osg::StateSet> _draw;
+    std::map<Backend, osg::ref_ptr<osg::StateSet>> _draw;
     mutable std::mutex _mutex;
-    mutable std::map<std::string, osg::ref_ptr<osg::StateSet>> _captures; ///< by varying
+    mutable std::map<std::pair<Backend, std::string>, osg::ref_ptr<osg::StateSet>> _captures; ///< by varying
 };
 
 } // namespace osgTessLOD

@@ -3,10 +3,12 @@
 
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/AssetPages.h>
+#include <osgTessLOD/render/BackendChoice.h>
 #include <osgTessLOD/render/DrawContext.h>
-#include <osgTessLOD/render/GlConstants.h>
 #include <osgTessLOD/render/GpuAsset.h>
+#include <osgTessLOD/render/PatchDraw.h>
 #include <osgTessLOD/render/PatchPrograms.h>
+#include <osgTessLOD/render/TransformFeedback.h>
 
 #include <osg/Fog>
 #include <osg/LightModel>
@@ -15,13 +17,13 @@
 #include <osg/State>
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <memory>
 
 namespace osgTessLOD {
 
 namespace {
-
-static_assert(sizeof(PatchRecord) == 16, "tesslod_patch.vert reads records as uvec4");
 
 /// Is the program that OSG applied last this one, linked? Otherwise drawing patches would be a GL error.
 bool isApplied(const osg::State& state, const osg::StateSet& wanted)
@@ -64,82 +66,6 @@ void setFixedFunctionUniforms(osg::State& state)
     setUniform(state, textured, state.getLastAppliedTextureMode(0, GL_TEXTURE_2D) ? 1 : 0);
 }
 
-/// Vertex attribute 0 from the stream buffer, for the life of the object. Everything that OSG's last geometry left
-/// enabled is disabled first.
-class RecordAttribute {
-public:
-    RecordAttribute(osg::State& state, const std::vector<PatchRecord>& records)
-        : _state(state)
-    {
-        state.lazyDisablingOfVertexAttributes();
-        state.applyDisablingOfVertexAttributes();
-        DrawContext::of(state).bindStream(state, records.data(), records.size() * sizeof(PatchRecord));
-        const auto* gl = state.get<osg::GLExtensions>();
-        gl->glEnableVertexAttribArray(0);
-        gl->glVertexAttribIPointer(0, 4, GL_UNSIGNED_INT, sizeof(PatchRecord), nullptr);
-    }
-    ~RecordAttribute()
-    {
-        _state.get<osg::GLExtensions>()->glDisableVertexAttribArray(0);
-        DrawContext::unbindStream(_state);
-    }
-    RecordAttribute(const RecordAttribute&) = delete;
-    RecordAttribute& operator=(const RecordAttribute&) = delete;
-
-private:
-    osg::State& _state;
-};
-
-/// A transform feedback buffer and a query of what went in.
-class Capture {
-public:
-    explicit Capture(osg::State& state)
-        : _gl(*state.get<osg::GLExtensions>())
-    {
-        _gl.glGenBuffers(1, &_buffer);
-        _gl.glGenQueries(1, &_query);
-        glEnable(GL_RASTERIZER_DISCARD);
-    }
-    ~Capture()
-    {
-        glDisable(GL_RASTERIZER_DISCARD);
-        _gl.glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, 0);
-        _gl.glBindBuffer(GL_TRANSFORM_FEEDBACK_BUFFER, 0);
-        _gl.glDeleteBuffers(1, &_buffer);
-        _gl.glDeleteQueries(1, &_query);
-    }
-    Capture(const Capture&) = delete;
-    Capture& operator=(const Capture&) = delete;
-
-    void draw(std::size_t first, std::size_t count, std::uint64_t triangles, std::vector<osg::Vec3f>& corners)
-    {
-        const auto bytes = static_cast<GLsizeiptr>(triangles * 3 * sizeof(osg::Vec3f));
-        _gl.glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, _buffer);
-        _gl.glBufferData(GL_TRANSFORM_FEEDBACK_BUFFER, bytes, nullptr, GL_DYNAMIC_READ);
-        _gl.glBeginQuery(GL_TRANSFORM_FEEDBACK_PRIMITIVES_WRITTEN, _query);
-        _gl.glBeginTransformFeedback(GL_TRIANGLES);
-        glDrawArrays(GL_PATCHES, static_cast<GLint>(first), static_cast<GLsizei>(count));
-        _gl.glEndTransformFeedback();
-        _gl.glEndQuery(GL_TRANSFORM_FEEDBACK_PRIMITIVES_WRITTEN);
-        GLuint written = 0;
-        _gl.glGetQueryObjectuiv(_query, GL_QUERY_RESULT_ARB, &written);
-        if (written != triangles) {
-            OSG_WARN << "PatchSelection::capture: " << triangles << " triangles expected, " << written << " captured"
-                     << std::endl;
-        }
-        const std::size_t at = corners.size();
-        corners.resize(at + 3 * std::min<std::uint64_t>(written, triangles));
-        _gl.glGetBufferSubData(GL_TRANSFORM_FEEDBACK_BUFFER, 0,
-                               static_cast<GLsizeiptr>((corners.size() - at) * sizeof(osg::Vec3f)),
-                               corners.data() + at);
-    }
-
-private:
-    const osg::GLExtensions& _gl;
-    GLuint _buffer = 0;
-    GLuint _query = 0;
-};
-
 } // namespace
 
 void SelectionStatistics::add(const SelectionStatistics& other)
@@ -159,14 +85,15 @@ PatchSelection::PatchSelection()
     setCullingActive(false);              // it exists because it was found visible
 }
 
-PatchSelection::PatchSelection(GpuAsset* asset, std::vector<PatchRecord> records, SelectionStatistics statistics,
-                               const SelectionView& view)
+PatchSelection::PatchSelection(const GpuAsset* asset, std::vector<PatchRecord> records, SelectionStatistics statistics,
+                               const SelectionView& view, Backend backend)
     : PatchSelection()
 {
     _asset = asset;
     _records = std::move(records);
     _statistics = std::move(statistics);
     _view = view;
+    _backend = backend;
 }
 
 PatchSelection::PatchSelection(const PatchSelection& other, const osg::CopyOp& copyop)
@@ -175,6 +102,7 @@ PatchSelection::PatchSelection(const PatchSelection& other, const osg::CopyOp& c
     , _records(other._records)
     , _statistics(other._statistics)
     , _view(other._view)
+    , _backend(other._backend)
 {
 }
 
@@ -187,9 +115,9 @@ osg::BoundingBox PatchSelection::computeBoundingBox() const
 
 /// Calls draw(records) for the records of each page, with the page's state and the program's applied.
 template <typename Draw>
-void PatchSelection::forEachPage(osg::State& state, const AssetPages& pages, osg::StateSet& program,
-                                 const Draw& draw) const
+void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, const Draw& draw) const
 {
+    const AssetPages& pages = *_asset->pagesFor(state);
     std::vector<std::vector<PatchRecord>> byPage;
     if (pages.pages().size() > 1) {
         byPage.resize(pages.pages().size());
@@ -229,36 +157,52 @@ void PatchSelection::forEachDraw(const std::vector<PatchRecord>& records, std::u
     }
 }
 
+std::optional<Backend> PatchSelection::backend(osg::RenderInfo& renderInfo) const
+{
+    osg::State& state = *renderInfo.getState();
+    if (!_asset.valid() || _asset->pagesFor(state) == nullptr) { return std::nullopt; }
+    return chooseBackend(state, *_asset, _backend);
+}
+
 void PatchSelection::drawImplementation(osg::RenderInfo& renderInfo) const
 {
     if (_records.empty()) { return; }
+    const std::optional<Backend> backend = this->backend(renderInfo);
+    if (!backend) { return; }
     osg::State& state = *renderInfo.getState();
-    const AssetPages* pages = _asset->pagesFor(state);
-    if (pages == nullptr) { return; }
-    forEachPage(state, *pages, *_asset->programs().draw(), [&](const std::vector<PatchRecord>& records) {
-        const RecordAttribute attribute(state, records);
-        const std::uint64_t verticesPerDraw = DrawContext::of(state).verticesPerDraw();
-        forEachDraw(records, verticesPerDraw, [](std::size_t first, std::size_t count, unsigned) {
-            glDrawArrays(GL_PATCHES, static_cast<GLint>(first), static_cast<GLsizei>(count));
-        });
+    forEachPage(state, *_asset->programs().draw(*backend), [&](const std::vector<PatchRecord>& records) {
+        const std::unique_ptr<PatchDraw> patches = PatchDraw::make(*backend, state, records);
+        forEachDraw(
+            records, DrawContext::of(state).verticesPerDraw(),
+            [&](std::size_t first, std::size_t count, unsigned factor) { patches->draw(first, count, factor); });
     });
 }
 
 std::vector<osg::Vec3f> PatchSelection::capture(osg::RenderInfo& renderInfo, const std::string& varying) const
 {
+    using Triangle = std::array<osg::Vec3f, 3>;
     std::vector<osg::Vec3f> corners;
     if (_records.empty()) { return corners; }
+    const std::optional<Backend> backend = this->backend(renderInfo);
+    if (!backend) { return corners; }
     osg::State& state = *renderInfo.getState();
-    const AssetPages* pages = _asset->pagesFor(state);
-    if (pages == nullptr) { return corners; }
-    const osg::ref_ptr<osg::StateSet> program = _asset->programs().capture(varying);
-    forEachPage(state, *pages, *program, [&](const std::vector<PatchRecord>& records) {
-        const RecordAttribute attribute(state, records);
-        Capture capture(state);
-        forEachDraw(records, DrawContext::kSoftwareVerticesPerDraw,
-                    [&](std::size_t first, std::size_t count, unsigned factor) {
-                        capture.draw(first, count, count * TessellationPattern::triangleCount(factor), corners);
-                    });
+    const osg::ref_ptr<osg::StateSet> program = _asset->programs().capture(*backend, varying);
+    forEachPage(state, *program, [&](const std::vector<PatchRecord>& records) {
+        const std::unique_ptr<PatchDraw> patches = PatchDraw::make(*backend, state, records);
+        TransformFeedback feedback(state);
+        const auto captureDraw = [&](std::size_t first, std::size_t count, unsigned factor) {
+            std::vector<Triangle> triangles(count * TessellationPattern::triangleCount(factor));
+            const std::size_t captured =
+                feedback.capture(triangles.data(), triangles.size(), [&] { patches->draw(first, count, factor); });
+            if (captured != triangles.size()) {
+                OSG_WARN << "PatchSelection::capture: " << triangles.size() << " triangles expected, " << captured
+                         << " captured" << std::endl;
+            }
+            for (std::size_t k = 0; k < captured; ++k) {
+                corners.insert(corners.end(), triangles[k].begin(), triangles[k].end());
+            }
+        };
+        forEachDraw(records, DrawContext::kSoftwareVerticesPerDraw, captureDraw);
     });
     return corners;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
+#include <osgTessLOD/render/SelectionOptions.h>
 #include <osgTessLOD/render/SelectionView.h>
 
 #include <osg/Drawable>
@@ -9,12 +10,12 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace osgTessLOD {
 
-class AssetPages;
 class GpuAsset;
 
 /// One visible patch as the vertex shader receives it: 16 bytes.
@@ -41,14 +42,16 @@ public:
     PatchSelection();
     /// Draws `records` in their order: consecutive ones of equal level go in one draw, so sort them by level. No side's
     /// level may be above its edge's finest. See PatchSelector. `asset` is not null.
-    PatchSelection(GpuAsset* asset, std::vector<PatchRecord> records, SelectionStatistics statistics,
-                   const SelectionView& view);
+    PatchSelection(const GpuAsset* asset, std::vector<PatchRecord> records, SelectionStatistics statistics,
+                   const SelectionView& view, Backend backend = Backend::Auto);
     PatchSelection(const PatchSelection& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
     META_Object(osgTessLOD, PatchSelection)
 
     const std::vector<PatchRecord>& records() const { return _records; }
     const SelectionStatistics& statistics() const { return _statistics; }
     const SelectionView& view() const { return _view; }
+    /// What draws it in the context of `renderInfo`, which must be current: never Auto; nothing if the context cannot draw it.
+    std::optional<Backend> backend(osg::RenderInfo& renderInfo) const;
 
     osg::BoundingBox computeBoundingBox() const override;
     void drawImplementation(osg::RenderInfo& renderInfo) const override;
@@ -67,15 +70,15 @@ protected:
     ~PatchSelection() override;
 
 private:
-    template <typename Draw>
-    void forEachPage(osg::State& state, const AssetPages& pages, osg::StateSet& program, const Draw& draw) const;
+    template <typename Draw> void forEachPage(osg::State& state, osg::StateSet& program, const Draw& draw) const;
     template <typename Draw>
     void forEachDraw(const std::vector<PatchRecord>& records, std::uint64_t verticesPerDraw, const Draw& draw) const;
 
-    osg::ref_ptr<GpuAsset> _asset;
+    osg::ref_ptr<const GpuAsset> _asset;
     std::vector<PatchRecord> _records;
     SelectionStatistics _statistics;
     SelectionView _view;
+    Backend _backend = Backend::Auto; ///< asked for
 };
 
 /// Told of each selection as it is made, during cull traversals: implementations must be thread safe and quick.

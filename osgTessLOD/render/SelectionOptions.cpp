@@ -17,4 +17,21 @@ std::optional<SelectionOptions::Bound> boundNamed(const std::string& name)
     return std::nullopt;
 }
 
+std::optional<Backend> backendNamed(const std::string& name)
+{
+    for (const Backend backend : {Backend::Auto, Backend::Tessellation, Backend::Instanced}) {
+        if (name == nameOf(backend)) { return backend; }
+    }
+    return std::nullopt;
+}
+
+const char* nameOf(Backend backend)
+{
+    switch (backend) {
+    case Backend::Tessellation: return "tessellation";
+    case Backend::Instanced: return "instanced";
+    default: return "auto";
+    }
+}
+
 } // namespace osgTessLOD

@@ -9,7 +9,14 @@
 
 namespace osgTessLOD {
 
-/// How levels are selected.
+/// How patches are drawn. Both draw the same triangles, to the bit.
+enum class Backend {
+    Auto,         ///< whichever a context draws faster, tried once
+    Tessellation, ///< tessellation shaders; OpenGL 4.2
+    Instanced     ///< an instance of the pattern's index buffer per patch; OpenGL 3.3
+};
+
+/// How levels are selected, and how what is selected is drawn.
 struct SelectionOptions {
     /// Which of the errors stored with an asset count.
     enum class Metric {
@@ -27,12 +34,16 @@ struct SelectionOptions {
     Bound bound = Bound::Conservative;
     bool cullPatches = true;  ///< leave out patches outside the view frustum
     unsigned maxFactor = 64;  ///< coarsest allowed cap: levels of larger factors are never selected
+    Backend backend = Backend::Auto; ///< where a context cannot do what is asked for, the other one draws
     bool frozen = false;      ///< use `frozenView` instead of the camera's
     SelectionView frozenView;
 };
 
-/// "view", "isotropic"; "conservative", "first-order": as command lines and files name them. Nothing for other names.
+/// "view", "isotropic"; "conservative", "first-order"; "auto", "tessellation", "instanced": as command lines and files name
+/// them. Nothing for other names.
 OSGTESSLOD_EXPORT std::optional<SelectionOptions::Metric> metricNamed(const std::string& name);
 OSGTESSLOD_EXPORT std::optional<SelectionOptions::Bound> boundNamed(const std::string& name);
+OSGTESSLOD_EXPORT std::optional<Backend> backendNamed(const std::string& name);
+OSGTESSLOD_EXPORT const char* nameOf(Backend backend);
 
 } // namespace osgTessLOD

@@ -105,7 +105,7 @@ void TessLODDrawable::drawImplementation(osg::RenderInfo& renderInfo) const
     std::vector<PatchRecord> records = selector.uniformRecords(0);
     SelectionStatistics statistics = selector.statisticsOf(records);
     const osg::ref_ptr<PatchSelection> coarsest =
-        new PatchSelection(_gpuAsset.get(), std::move(records), std::move(statistics), SelectionView());
+        new PatchSelection(_gpuAsset.get(), std::move(records), std::move(statistics), SelectionView(), _options.backend);
     coarsest->drawImplementation(renderInfo);
 }
 

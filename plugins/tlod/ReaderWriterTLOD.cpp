@@ -28,6 +28,7 @@ constexpr const char* kErrorPixels = "errorPixels";
 constexpr const char* kMaxFactor = "maxFactor";
 constexpr const char* kMetric = "metric";
 constexpr const char* kBound = "bound";
+constexpr const char* kBackend = "backend";
 constexpr const char* kNoTextures = "noTextures";
 
 /// The number that option `name` asks for, or `fallback` where it is not given. Throws for anything but a number > 0.
@@ -69,6 +70,7 @@ osg::ref_ptr<osg::Node> makeNode(LodAsset asset, const std::string& name, const 
         static_cast<unsigned>(std::fmin(positiveOption(options, kMaxFactor, selection.maxFactor), 1e6));
     selection.metric = namedOption(options, kMetric, metricNamed, selection.metric);
     selection.bound = namedOption(options, kBound, boundNamed, selection.bound);
+    selection.backend = namedOption(options, kBackend, backendNamed, selection.backend);
     if (isOptionSet(options, kNoTextures)) { asset.normals = NormalTexture(); }
     const osg::Vec3d origin(asset.lattice.origin[0], asset.lattice.origin[1], asset.lattice.origin[2]);
 
@@ -121,6 +123,8 @@ public:
                        "Errors as seen, which is the default, or at their largest");
         supportsOption(std::string(kBound) + "=conservative|first-order",
                        "Keep the error everywhere on screen, which is the default, or about at the middles of borders");
+        supportsOption(std::string(kBackend) + "=auto|tessellation|instanced",
+                       "Draw with tessellation shaders or an instance per patch; auto, the default, tries which is faster");
         supportsOption(kNoTextures, "Leave the normal textures out");
     }
 

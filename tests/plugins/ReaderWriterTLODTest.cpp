@@ -212,15 +212,17 @@ TEST(ReaderWriterTLOD, TakesOptions)
     EXPECT_EQ(plain->getOptions().maxFactor, SelectionOptions().maxFactor);
     EXPECT_EQ(plain->getOptions().metric, SelectionOptions::Metric::View);
     EXPECT_EQ(plain->getOptions().bound, SelectionOptions::Bound::Conservative);
+    EXPECT_EQ(plain->getOptions().backend, Backend::Auto);
     EXPECT_GT(plain->getAsset()->normals.resolution, 0U);
 
     const osg::ref_ptr<TessLODDrawable> set =
-        readWith("errorPixels=2.5 maxFactor=8 metric=isotropic bound=first-order noTextures");
+        readWith("errorPixels=2.5 maxFactor=8 metric=isotropic bound=first-order backend=instanced noTextures");
     ASSERT_TRUE(set);
     EXPECT_EQ(set->getOptions().errorPixels, 2.5);
     EXPECT_EQ(set->getOptions().maxFactor, 8U);
     EXPECT_EQ(set->getOptions().metric, SelectionOptions::Metric::Isotropic);
     EXPECT_EQ(set->getOptions().bound, SelectionOptions::Bound::FirstOrder);
+    EXPECT_EQ(set->getOptions().backend, Backend::Instanced);
     EXPECT_EQ(set->getAsset()->normals.resolution, 0U);
     EXPECT_TRUE(set->getAsset()->normals.levels.empty());
 }
@@ -230,7 +232,7 @@ TEST(ReaderWriterTLOD, RefusesMalformedOptions)
     const TemporaryDirectory folder;
     writeTlod(folder.file("x.tlod"), makeSyntheticAsset());
     for (const char* option : {"errorPixels=fine", "errorPixels=0", "errorPixels=-1", "errorPixels=nan", "maxFactor=8x",
-                               "metric=best", "bound=firstorder"}) {
+                               "metric=best", "bound=firstorder", "backend=gl"}) {
         const ReadResult result = read(folder.file("x.tlod"), option);
         EXPECT_EQ(result.status(), ReadResult::ERROR_IN_READING_FILE) << option;
         EXPECT_NE(result.message().find(option), std::string::npos) << result.message();
@@ -242,7 +244,7 @@ TEST(ReaderWriterTLOD, DeclaresWhatItHandles)
     EXPECT_EQ(plugin().supportedExtensions().count("tlod"), 1U);
     std::string declared;
     for (const auto& [option, purpose] : plugin().supportedOptions()) { declared += option + " "; }
-    for (const char* option : {"errorPixels", "maxFactor", "metric", "bound", "noTextures"}) {
+    for (const char* option : {"errorPixels", "maxFactor", "metric", "bound", "backend", "noTextures"}) {
         EXPECT_NE(declared.find(option), std::string::npos) << declared;
     }
 }

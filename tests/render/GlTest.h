@@ -84,11 +84,12 @@ protected:
         std::stable_sort(records.begin(), records.end(),
                          [&](const PatchRecord& a, const PatchRecord& b) { return level(a) < level(b); });
         const osg::ref_ptr<PatchSelection> selection =
-            new PatchSelection(&asset, records, asset.selector().statisticsOf(records), SelectionView());
+            new PatchSelection(&asset, records, asset.selector().statisticsOf(records), SelectionView(), backend);
         return selection->capture(renderInfo, varying);
     }
 
     WarningCollector warnings;
+    Backend backend = Backend::Tessellation; ///< that captures
     osg::ref_ptr<osg::GraphicsContext> context;
     osg::RenderInfo renderInfo;
 };

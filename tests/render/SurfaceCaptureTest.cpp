@@ -177,8 +177,9 @@ void expectWeightsOfTwin(const GpuAsset& asset, const std::vector<PatchRecord>& 
     }
 }
 
-class SurfaceCapture : public GlTest {
+class SurfaceCapture : public GlTest, public testing::WithParamInterface<Backend> {
 protected:
+    SurfaceCapture() { backend = GetParam(); }
     void expectSound(LodAsset made, unsigned count)
     {
         const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(std::move(made));
@@ -192,12 +193,12 @@ protected:
     }
 };
 
-TEST_F(SurfaceCapture, parametersDoNotMoveTheSurface)
+TEST_P(SurfaceCapture, parametersDoNotMoveTheSurface)
 {
     expectSound(makeSyntheticDisplacedAsset(16), 10);
 }
 
-TEST_F(SurfaceCapture, weightsAreTheTwins)
+TEST_P(SurfaceCapture, weightsAreTheTwins)
 {
     LodAsset dropped = makeSyntheticDisplacedAsset(16);
     for (LodLevel& level : dropped.levels) { level.parameters.clear(); }
@@ -222,12 +223,12 @@ public:
     explicit CapturedInstead(const std::string& expression)
         : _before(osgDB::getDataFilePathList())
     {
-        std::string text = shaderText("tesslod_patch.teval");
+        std::string text = shaderText("tesslod_vertex.glsl");
         const std::string position = "tessLodObjectPosition = point.position;";
         const std::size_t at = text.find(position);
         EXPECT_NE(at, std::string::npos);
         text.replace(at, position.size(), "tessLodObjectPosition = " + expression + ";");
-        writeBytes(_folder.file("tesslod_patch.teval"), text);
+        writeBytes(_folder.file("tesslod_vertex.glsl"), text);
         osgDB::FilePathList paths = _before;
         paths.push_front(_folder.file(""));
         osgDB::setDataFilePathList(paths);
@@ -253,7 +254,7 @@ std::vector<Triangle> sortedTriangles(std::vector<Triangle> triangles)
     return triangles;
 }
 
-TEST_F(SurfaceCapture, attributesAreTheTwins)
+TEST_P(SurfaceCapture, attributesAreTheTwins)
 {
     using Point = MorphedSurface::TessLodPoint;
     struct Attribute {
@@ -300,41 +301,41 @@ TEST_F(SurfaceCapture, attributesAreTheTwins)
     }
 }
 
-TEST_F(SurfaceCapture, attributesDoNotMoveTheSurface)
+TEST_P(SurfaceCapture, attributesDoNotMoveTheSurface)
 {
     expectSound(withAttributes(makeSyntheticAsset(16, true)), 5);
 }
 
-TEST_F(SurfaceCapture, anyLegalLevelsGiveAClosedSurfaceEqualToTheTwin)
+TEST_P(SurfaceCapture, anyLegalLevelsGiveAClosedSurfaceEqualToTheTwin)
 {
     expectSound(makeSyntheticAsset(32, false), 40);
     expectSound(makeSyntheticMixedAsset(32), 40);
 }
 
-TEST_F(SurfaceCapture, innerVerticesMayComeOutOfBorders)
+TEST_P(SurfaceCapture, innerVerticesMayComeOutOfBorders)
 {
     expectSound(withBorderParents(makeSyntheticAsset(32, false)), 40);
     expectSound(withBorderParents(makeSyntheticMixedAsset(32)), 40);
 }
 
-TEST_F(SurfaceCapture, normalsDoNotMoveTheSurface)
+TEST_P(SurfaceCapture, normalsDoNotMoveTheSurface)
 {
     expectSound(makeSyntheticAsset(16, true), 10);
 }
 
-TEST_F(SurfaceCapture, openBordersAreDrawnToo)
+TEST_P(SurfaceCapture, openBordersAreDrawnToo)
 {
     expectSound(makeSyntheticSheet(16, 2, false), 10);
 }
 
-TEST_F(SurfaceCapture, denserLaddersWork)
+TEST_P(SurfaceCapture, denserLaddersWork)
 {
     const std::vector<std::uint16_t> ladder{1, 2, 4, 6, 8, 12, 16, 24, 32};
     expectSound(synthetic::build(synthetic::bumpySphere(), ladder, false), 30);
     expectSound(synthetic::build(synthetic::bumpySphere(), {2, 6, 10}, false), 30);
 }
 
-TEST_F(SurfaceCapture, largestFactorIsSplitOverSeveralDraws)
+TEST_P(SurfaceCapture, largestFactorIsSplitOverSeveralDraws)
 {
     // 8 · 8 · 2 patches of 3,169 vertices: far more than one draw may have on a software rasterizer.
     const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(makeSyntheticSheet(64, 8, false));
@@ -344,7 +345,7 @@ TEST_F(SurfaceCapture, largestFactorIsSplitOverSeveralDraws)
     expectEqualToTwin(*asset, records, captured);
 }
 
-TEST_F(SurfaceCapture, assetsOverTheLimitOfTextureBuffersAreDrawnPageByPage)
+TEST_P(SurfaceCapture, assetsOverTheLimitOfTextureBuffersAreDrawnPageByPage)
 {
     LodAsset few =
         synthetic::build(synthetic::bumpySphere(), synthetic::powersOfTwo(16), true, {4, 2, 1, 4, 0, 3, 2, 4}, true);
@@ -381,7 +382,7 @@ TEST_F(SurfaceCapture, assetsOverTheLimitOfTextureBuffersAreDrawnPageByPage)
     }
 }
 
-TEST_F(SurfaceCapture, everySelectionIsClosed)
+TEST_P(SurfaceCapture, everySelectionIsClosed)
 {
     const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(makeSyntheticAsset(32, false));
     std::mt19937 random(11);
@@ -405,6 +406,9 @@ TEST_F(SurfaceCapture, everySelectionIsClosed)
     }
     EXPECT_GT(mixed, 10U); // or the test shows little
 }
+
+INSTANTIATE_TEST_SUITE_P(EveryBackend, SurfaceCapture, testing::Values(Backend::Tessellation, Backend::Instanced),
+                         [](const auto& named) { return std::string(nameOf(named.param)); });
 
 /// Largest distance that a vertex moves between two frames. A vertex of the finer pattern is compared with the vertex of
 /// the coarser one that it comes out of: its ancestor.

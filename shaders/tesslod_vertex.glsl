@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// What the stage that places vertices hands on, be it the evaluation or the vertex shader.
+//
+// Shared text: pasted behind the #version line of the stages that need it, after tesslod_pattern.glsl and
+// tesslod_surface.glsl.
+//
+// Out: tessLodObjectPosition  object space (captured by PatchSelection::capture)
+//      tessLodEyePosition     eye space
+//      tessLodWeights         corner weights of the point in its patch, morphed as the position is
+//      tessLodLevel           continuous level at the vertex
+//      tessLodFragmentPatch   the patch, within the buffers
+//      tessLodTexCoord        texture coordinates u, v, and how much of the point has any (0 … 1), morphed likewise
+//      tessLodColor           the source's colour, morphed likewise
+#pragma import_defines(TESSLOD_NORMALS, TESSLOD_PARAMETERS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL)
+
+out vec3 tessLodObjectPosition;
+out vec3 tessLodEyePosition;
+#if defined(TESSLOD_NORMALS)
+out vec3 tessLodWeights;
+flat out int tessLodFragmentPatch;
+#endif
+#if defined(TESSLOD_UVS)
+out vec3 tessLodTexCoord;
+#endif
+#if defined(TESSLOD_COLORS)
+out vec4 tessLodColor;
+#endif
+#if defined(TESSLOD_COLOR_BY_LEVEL)
+out float tessLodLevel;
+#endif
+
+// Vertex `index` of the pattern that the patch is drawn with when its sides are at these continuous levels.
+void tessLodPutVertex(int patchId, vec3 edgeLevels, int index)
+{
+    TessLodPoint point = tessLodSurfacePoint(patchId, edgeLevels, index);
+    vec4 eyePosition = gl_ModelViewMatrix * vec4(point.position, 1.0);
+    tessLodObjectPosition = point.position;
+    tessLodEyePosition = eyePosition.xyz;
+    gl_Position = gl_ModelViewProjectionMatrix * vec4(point.position, 1.0);
+    gl_ClipVertex = eyePosition;
+#if defined(TESSLOD_NORMALS)
+    tessLodWeights = point.weights;
+    tessLodFragmentPatch = patchId;
+#endif
+#if defined(TESSLOD_UVS)
+    tessLodTexCoord = point.texCoord;
+#endif
+#if defined(TESSLOD_COLORS)
+    tessLodColor = point.color;
+#endif
+#if defined(TESSLOD_COLOR_BY_LEVEL)
+    float patchLevel = max(edgeLevels.x, max(edgeLevels.y, edgeLevels.z));
+    int factor = tessLodFactors[int(ceil(patchLevel))];
+    tessLodLevel = index < 3 * factor ? tessLodBorderLevel(factor, index, edgeLevels) : patchLevel;
+#endif
+}
