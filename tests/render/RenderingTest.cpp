@@ -415,7 +415,7 @@ osg::ref_ptr<osg::Texture2D> gradientTexture()
 
 class ColoredRendering : public Rendering {
 protected:
-    /// Looks along −x at the yz-plane from −2 to 2, unlit.
+    /// Looks along −x at the yz-plane from −2 to 2, unlit; the material is white.
     void show(LodAsset asset)
     {
         drawable->setAsset(std::make_shared<const LodAsset>(std::move(asset)));
@@ -423,6 +423,9 @@ protected:
         camera().setProjectionMatrixAsOrtho(-2.0, 2.0, -2.0, 2.0, 1.0, 10.0);
         root->getOrCreateStateSet()->setMode(GL_LIGHTING, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
         root->getStateSet()->setTextureAttributeAndModes(0, gradientTexture().get(), osg::StateAttribute::ON);
+        const osg::ref_ptr<osg::Material> material = new osg::Material;
+        material->setDiffuse(osg::Material::FRONT_AND_BACK, osg::Vec4(1.0F, 1.0F, 1.0F, 1.0F));
+        root->getStateSet()->setAttribute(material.get());
         ask(1.0);
         frame();
     }
@@ -448,7 +451,7 @@ TEST_F(ColoredRendering, textureLiesWhereTheUvsSay)
     expectGradient(1.5);
     setTextureMode(osg::StateAttribute::OFF);
     frame();
-    EXPECT_EQ(pixel(100, 100), (Pixel{204, 204, 204})); // the material's
+    EXPECT_EQ(pixel(100, 100), (Pixel{255, 255, 255})); // the material's
 }
 
 TEST_F(ColoredRendering, textureMatrixApplies)
@@ -482,13 +485,13 @@ TEST_F(ColoredRendering, facesWithoutUvsShowNoTexture)
         for (std::uint32_t& uv : level.uvs) { uv = UvLattice::kNone; }
     }
     show(std::move(asset));
-    EXPECT_EQ(pixel(100, 100), (Pixel{204, 204, 204}));
+    EXPECT_EQ(pixel(100, 100), (Pixel{255, 255, 255}));
 }
 
 TEST_F(ColoredRendering, withoutUvsTheTextureIsNotAsked)
 {
     show(makeSyntheticAsset(16, true));
-    EXPECT_EQ(pixel(100, 100), (Pixel{204, 204, 204}));
+    EXPECT_EQ(pixel(100, 100), (Pixel{255, 255, 255}));
 }
 
 } // namespace
