@@ -124,7 +124,8 @@ TEST(SharedUvMap, IsClosedAcrossSeamsAndUvsAreExactAtEveryLevel)
     ChartSet charts = makeCharts(map, 2 * kSplit, progress);
     measureChartErrors(map.source(), map.sourceSamples(), charts, progress);
     for (const PatchChart& chart : charts.charts) {
-        EXPECT_LT(chart.chartError, 1e-3); // the pattern's triangles cut the detailed mesh's
+        // The pattern's edges, 0.05 long, cut across the detailed mesh's bends of up to a radian: a quarter of that, of 3.6.
+        EXPECT_LT(chart.chartError, 6e-3);
     }
     const std::vector<std::uint16_t> ladder{1, 2, 4, 8, 16};
     for (const bool strips : {false, true}) {
@@ -193,7 +194,8 @@ TEST(SharedUvMap, WhatTheDetailedMeshLeavesOutIsTakenFromTheNearestOrRefused)
     }
     EXPECT_EQ(faultOf(wide, detailed(), 0.02), "");
     const std::string fault = faultOf(wide, detailed(), 0.001);
-    EXPECT_NE(fault.find("octahedron: triangle 0 at texture coordinates"), std::string::npos) << fault;
+    EXPECT_EQ(fault.find("octahedron: triangle "), 0U) << fault; // any of them: all are, and patches are looked up in parallel
+    EXPECT_NE(fault.find(" at texture coordinates "), std::string::npos) << fault;
     EXPECT_NE(fault.find("is farther than 0.001"), std::string::npos) << fault;
 }
 
