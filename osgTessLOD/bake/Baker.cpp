@@ -83,26 +83,33 @@ std::vector<std::uint16_t> ladderOf(const BakeOptions& options)
     return ladder;
 }
 
-void checkTechnique(const BakeOptions& options)
+/// Throws for levels that cannot be made: before anything is read.
+void checkLevels(const BakeOptions& options)
 {
+    ladderOf(options);
     const auto& names = techniqueNames();
     if (std::find(names.begin(), names.end(), options.technique) == names.end()) {
         throw AssetError("there is no technique " + options.technique);
     }
 }
 
-SourceMesh readMesh(const std::string& path, Progress& progress, BakeReport& report)
+SourceMesh readSource(const std::string& path, Progress& progress, BakeReport& report)
 {
     progress.begin("import", 1, "file");
     SourceMesh mesh = timed(report, "import", [&] { return importMesh(path); });
     progress.step(1);
     progress.end();
+    return mesh;
+}
+
+/// Into the working frame, too.
+void clean(SourceMesh& mesh, Progress& progress, BakeReport& report)
+{
     progress.begin("clean", 1, "mesh");
     report.cleaning = timed(report, "clean", [&] { return cleanMesh(mesh); });
     normalizeFrame(mesh);
     progress.step(1);
     progress.end();
-    return mesh;
 }
 
 /// A map from patches to a mesh, and that mesh to measure charts against.
@@ -155,35 +162,19 @@ double largestChartError(const LodAsset& asset)
     return static_cast<double>(largest);
 }
 
-} // namespace
-
-const std::vector<std::string>& techniqueNames()
+/// Charts and levels of a surface, which need not be made of a mesh.
+PatchedSurface levelsOf(MeshMap mapped, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
-    static const std::vector<std::string> names{"uniform", "strips"};
-    return names;
-}
-
-PatchedSurface makeLevels(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
-{
-    checkTechnique(options);
     const std::vector<std::uint16_t> ladder = ladderOf(options);
     PatchedSurface surface;
-    MeshMap mesh;
-    report.isMesh = source.rfind(kBuiltinPrefix, 0) != 0;
-    if (!report.isMesh) {
-        if (!options.base.empty()) { throw AssetError("a built-in surface has its own base mesh"); }
-        surface.map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
-    } else {
-        SourceMesh read = readMesh(source, progress, report);
-        mesh = options.base.empty() ? makeMeshPatches(std::move(read), options, progress, report)
-                                    : makeSharedUvPatches(std::move(read), options, report);
-        surface.map = std::move(mesh.map);
-    }
-    surface.charts = timed(report, "charts",
-                           [&] { return makeCharts(*surface.map, kReferenceOversampling * options.maxFactor, progress); });
-    if (report.isMesh) {
+    surface.map = std::move(mapped.map);
+    report.isMesh = mapped.source != nullptr;
+    surface.charts = timed(report, "charts", [&] {
+        return makeCharts(*surface.map, kReferenceOversampling * options.maxFactor, progress);
+    });
+    if (mapped.source != nullptr) {
         timed(report, "chart distance",
-              [&] { measureChartErrors(*mesh.source, *mesh.samples, surface.charts, progress); });
+              [&] { measureChartErrors(*mapped.source, *mapped.samples, surface.charts, progress); });
     }
     surface.hierarchy = timed(report, "levels", [&] {
         const PatchTopology& topology = surface.map->topology();
@@ -194,14 +185,25 @@ PatchedSurface makeLevels(const std::string& source, const BakeOptions& options,
     return surface;
 }
 
-LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+PatchedSurface levelsOf(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    clean(mesh, progress, report);
+    MeshMap mapped = options.base.empty() ? makeMeshPatches(std::move(mesh), options, progress, report)
+                                          : makeSharedUvPatches(std::move(mesh), options, report);
+    return levelsOf(std::move(mapped), options, progress, report);
+}
+
+/// Errors, lattice, attributes and normals of the surface that `make` makes of the source of this name.
+template <typename MakeSurface>
+LodAsset bakeSurface(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report,
+                     MakeSurface&& make)
 {
     checkTolerance(options);
     const auto start = std::chrono::steady_clock::now();
     const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                       options.threads != 0 ? options.threads
                                                            : static_cast<std::size_t>(tbb::info::default_concurrency()));
-    PatchedSurface surface = makeLevels(source, options, progress, report);
+    PatchedSurface surface = make();
     LodAsset asset = timed(report, "errors", [&] {
         return assembleAsset(*surface.map, surface.charts, surface.hierarchy, options.tolerance, progress);
     });
@@ -234,6 +236,41 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
     report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     report.peakBytes = peakResidentBytes();
     return asset;
+}
+
+} // namespace
+
+const std::vector<std::string>& techniqueNames()
+{
+    static const std::vector<std::string> names{"uniform", "strips"};
+    return names;
+}
+
+PatchedSurface makeLevels(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    checkLevels(options);
+    if (source.rfind(kBuiltinPrefix, 0) == 0) {
+        if (!options.base.empty()) { throw AssetError("a built-in surface has its own base mesh"); }
+        auto map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
+        return levelsOf(MeshMap{std::move(map)}, options, progress, report);
+    }
+    return levelsOf(readSource(source, progress, report), options, progress, report);
+}
+
+LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    return bakeSurface(source, options, progress, report,
+                       [&] { return makeLevels(source, options, progress, report); });
+}
+
+LodAsset bakeMesh(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    const std::string name = mesh.name;
+    return bakeSurface(name, options, progress, report, [&] {
+        checkLevels(options);
+        checkMesh(mesh);
+        return levelsOf(std::move(mesh), options, progress, report);
+    });
 }
 
 std::string BakeReport::toJson() const
