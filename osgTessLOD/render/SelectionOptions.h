@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace osgTessLOD {
 
@@ -45,5 +46,17 @@ OSGTESSLOD_EXPORT std::optional<SelectionOptions::Metric> metricNamed(const std:
 OSGTESSLOD_EXPORT std::optional<SelectionOptions::Bound> boundNamed(const std::string& name);
 OSGTESSLOD_EXPORT std::optional<Backend> backendNamed(const std::string& name);
 OSGTESSLOD_EXPORT const char* nameOf(Backend backend);
+
+/// A selection option as option strings of plugins and scene files name it: "errorPixels=2".
+struct SelectionOption {
+    const char* name;
+    const char* values;                                      ///< what may stand behind the "=", for people
+    const char* purpose;                                     ///< for people
+    bool (*read)(const std::string& text, SelectionOptions&); ///< false, and no change, where `text` is none of `values`
+    std::string (*text)(const SelectionOptions&);            ///< what `read` takes for the same value
+};
+
+/// All that can be named so; the view of frozen selections, which belongs to a camera, is not.
+OSGTESSLOD_EXPORT const std::vector<SelectionOption>& selectionOptionTable();
 
 } // namespace osgTessLOD
