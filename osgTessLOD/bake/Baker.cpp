@@ -81,21 +81,28 @@ std::vector<std::uint16_t> ladderOf(const BakeOptions& options)
     return ladder;
 }
 
-void checkTechnique(const BakeOptions& options)
+/// Throws for levels that cannot be made: before anything is read.
+void checkLevels(const BakeOptions& options)
 {
+    ladderOf(options);
     const auto& names = techniqueNames();
     if (std::find(names.begin(), names.end(), options.technique) == names.end()) {
         throw AssetError("there is no technique " + options.technique);
     }
 }
 
-std::unique_ptr<RefinedPatches> makeMeshPatches(const std::string& path, const BakeOptions& options, Progress& progress,
-                                                BakeReport& report)
+SourceMesh readSource(const std::string& path, Progress& progress, BakeReport& report)
 {
     progress.begin("import", 1, "file");
     SourceMesh mesh = timed(report, "import", [&] { return importMesh(path); });
     progress.step(1);
     progress.end();
+    return mesh;
+}
+
+std::unique_ptr<RefinedPatches> makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progress& progress,
+                                                BakeReport& report)
+{
     progress.begin("clean", 1, "mesh");
     report.cleaning = timed(report, "clean", [&] { return cleanMesh(mesh); });
     normalizeFrame(mesh);
@@ -124,34 +131,20 @@ double largestChartError(const LodAsset& asset)
     return static_cast<double>(largest);
 }
 
-} // namespace
-
-const std::vector<std::string>& techniqueNames()
+/// Charts and levels of a surface; `mesh` is the same surface where it is made of a mesh, else null.
+PatchedSurface levelsOf(std::unique_ptr<PatchMap> map, const RefinedPatches* mesh, const BakeOptions& options,
+                        Progress& progress, BakeReport& report)
 {
-    static const std::vector<std::string> names{"uniform", "strips"};
-    return names;
-}
-
-PatchedSurface makeLevels(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
-{
-    checkTechnique(options);
     const std::vector<std::uint16_t> ladder = ladderOf(options);
     PatchedSurface surface;
-    const RefinedPatches* mesh = nullptr;
-    if (source.rfind(kBuiltinPrefix, 0) == 0) {
-        surface.map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
-    } else {
-        auto meshPatches = makeMeshPatches(source, options, progress, report);
-        mesh = meshPatches.get();
-        surface.map = std::move(meshPatches);
-    }
+    surface.map = std::move(map);
     report.isMesh = mesh != nullptr;
-    surface.charts = timed(report, "charts",
-                           [&] { return makeCharts(*surface.map, kReferenceOversampling * options.maxFactor, progress); });
+    surface.charts = timed(report, "charts", [&] {
+        return makeCharts(*surface.map, kReferenceOversampling * options.maxFactor, progress);
+    });
     if (mesh != nullptr) {
-        timed(report, "chart distance", [&] {
-            measureChartErrors(mesh->base().source(), mesh->sourceSamples(), surface.charts, progress);
-        });
+        timed(report, "chart distance",
+              [&] { measureChartErrors(mesh->base().source(), mesh->sourceSamples(), surface.charts, progress); });
     }
     surface.hierarchy = timed(report, "levels", [&] {
         const PatchTopology& topology = surface.map->topology();
@@ -162,14 +155,24 @@ PatchedSurface makeLevels(const std::string& source, const BakeOptions& options,
     return surface;
 }
 
-LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+PatchedSurface levelsOf(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    std::unique_ptr<RefinedPatches> patches = makeMeshPatches(std::move(mesh), options, progress, report);
+    const RefinedPatches* refined = patches.get();
+    return levelsOf(std::move(patches), refined, options, progress, report);
+}
+
+/// Errors, lattice and normals of the surface that `make` makes of the source of this name.
+template <typename MakeSurface>
+LodAsset bakeSurface(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report,
+                     MakeSurface&& make)
 {
     checkTolerance(options);
     const auto start = std::chrono::steady_clock::now();
-    const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
-                                      options.threads != 0 ? options.threads
-                                                           : static_cast<std::size_t>(tbb::info::default_concurrency()));
-    PatchedSurface surface = makeLevels(source, options, progress, report);
+    const tbb::global_control threads(
+        tbb::global_control::max_allowed_parallelism,
+        options.threads != 0 ? options.threads : static_cast<std::size_t>(tbb::info::default_concurrency()));
+    PatchedSurface surface = make();
     LodAsset asset = timed(report, "errors", [&] {
         return assembleAsset(*surface.map, surface.charts, surface.hierarchy, options.tolerance, progress);
     });
@@ -192,6 +195,40 @@ LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progr
     report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     report.peakBytes = peakResidentBytes();
     return asset;
+}
+
+} // namespace
+
+const std::vector<std::string>& techniqueNames()
+{
+    static const std::vector<std::string> names{"uniform", "strips"};
+    return names;
+}
+
+PatchedSurface makeLevels(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    checkLevels(options);
+    if (source.rfind(kBuiltinPrefix, 0) == 0) {
+        auto map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
+        return levelsOf(std::move(map), nullptr, options, progress, report);
+    }
+    return levelsOf(readSource(source, progress, report), options, progress, report);
+}
+
+LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    return bakeSurface(source, options, progress, report,
+                       [&] { return makeLevels(source, options, progress, report); });
+}
+
+LodAsset bakeMesh(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    const std::string name = mesh.name;
+    return bakeSurface(name, options, progress, report, [&] {
+        checkLevels(options);
+        checkMesh(mesh);
+        return levelsOf(std::move(mesh), options, progress, report);
+    });
 }
 
 std::string BakeReport::toJson() const

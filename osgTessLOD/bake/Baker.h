@@ -77,4 +77,8 @@ OSGTESSLOD_EXPORT PatchedSurface makeLevels(const std::string& source, const Bak
 OSGTESSLOD_EXPORT LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress,
                                       BakeReport& report);
 
+/// The same for a mesh in memory, as importMesh() gives it: it is cleaned like one from a file; mesh.name stands for the
+/// path. Throws AssetError also for a mesh without a triangle, or a position that is not finite.
+OSGTESSLOD_EXPORT LodAsset bakeMesh(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report);
+
 } // namespace osgTessLOD::bake

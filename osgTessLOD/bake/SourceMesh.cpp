@@ -71,6 +71,14 @@ void checkPositions(const std::vector<Eigen::Vector3d>& positions)
     }
 }
 
+void checkElements(const std::vector<Eigen::Vector3d>& positions, const Triangles& triangles)
+{
+    if (positions.empty()) { throw AssetError("no vertices"); }
+    if (triangles.empty()) { throw AssetError("no faces"); }
+    if (triangles.size() > kNone / 3) { throw AssetError("more triangles than can be numbered"); }
+    checkPositions(positions);
+}
+
 /// Turns the diagonal of quadrilaterals a b c d that the fan's a–c folds over and b–d does not: concave ones.
 void improveQuads(RawMesh& mesh)
 {
@@ -400,10 +408,7 @@ SourceMesh importMesh(const std::string& path)
 {
     try {
         RawMesh raw = parseByExtension(path);
-        if (raw.positions.empty()) { throw AssetError("no vertices"); }
-        if (raw.triangles.empty()) { throw AssetError("no faces"); }
-        if (raw.triangles.size() > kNone / 3) { throw AssetError("more triangles than can be numbered"); }
-        checkPositions(raw.positions);
+        checkElements(raw.positions, raw.triangles);
         improveQuads(raw);
         SourceMesh mesh;
         mesh.name = path;
@@ -414,6 +419,20 @@ SourceMesh importMesh(const std::string& path)
         throw AssetError(path + ": " + error.what());
     } catch (const std::bad_alloc&) {
         throw AssetError(path + ": not enough memory");
+    }
+}
+
+void checkMesh(const SourceMesh& mesh)
+{
+    try {
+        checkElements(mesh.positions, mesh.triangles);
+        for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+            const Triangle& t = mesh.triangles[f];
+            if (std::max({t[0], t[1], t[2]}) < mesh.positions.size()) { continue; }
+            throw AssetError("face " + std::to_string(f) + " (counted from 0) has a vertex that does not exist");
+        }
+    } catch (const AssetError& error) {
+        throw AssetError(mesh.name + ": " + error.what());
     }
 }
 

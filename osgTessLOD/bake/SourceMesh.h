@@ -39,6 +39,10 @@ struct CleaningReport {
 /// out of range (which face).
 OSGTESSLOD_EXPORT SourceMesh importMesh(const std::string& path);
 
+/// Throws AssetError naming mesh.name and the fault: no vertices or faces, a coordinate that is not finite or beyond what can
+/// be squared in double, an index out of range. What importMesh() returns has been checked.
+OSGTESSLOD_EXPORT void checkMesh(const SourceMesh& mesh);
+
 /// True when every directed edge occurs once and every vertex has one fan of faces around it, open or closed: what
 /// cleanMesh() brings about. Also false for an index out of range or a face with two equal corners.
 OSGTESSLOD_EXPORT bool isOrientedManifold(const SourceMesh& mesh);

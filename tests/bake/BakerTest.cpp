@@ -94,6 +94,48 @@ TEST(Baker, BakesAClosedMeshIntoClosedLevels)
     EXPECT_LE(inStages, report.seconds);
 }
 
+TEST(Baker, BakesAMeshInMemoryLikeTheSameFromAFile)
+{
+    const TemporaryDirectory folder;
+    SourceMesh mesh = noisy(torus(48, 20), 0.004, 41);
+    const std::string source = writeAsciiPly(folder, mesh);
+    mesh.name = "elsewhere/source.ply";
+    Progress progress;
+    BakeReport report;
+    const LodAsset asset = bakeMesh(mesh, smallOptions(), progress, report);
+    EXPECT_EQ(bytesOf(asset), bytesOf(bake(source, smallOptions())));
+    EXPECT_TRUE(report.isMesh);
+    EXPECT_EQ(report.source, "elsewhere/source.ply");
+    EXPECT_EQ(report.cleaning.components, 1U);
+}
+
+TEST(Baker, RefusesMeshesInMemoryThatAreNone)
+{
+    const auto expectRefused = [](SourceMesh mesh, const std::string& why) {
+        mesh.name = "thing";
+        Progress progress;
+        BakeReport report;
+        try {
+            bakeMesh(std::move(mesh), smallOptions(), progress, report);
+            FAIL() << why;
+        } catch (const AssetError& error) {
+            EXPECT_EQ(std::string(error.what()).rfind("thing: ", 0), 0U) << error.what();
+            EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
+        }
+    };
+    const SourceMesh sound = torus(12, 8);
+    expectRefused(SourceMesh(), "no vertices");
+    SourceMesh mesh = sound;
+    mesh.triangles.clear();
+    expectRefused(mesh, "no faces");
+    mesh = sound;
+    mesh.triangles[3][1] = static_cast<std::uint32_t>(mesh.positions.size());
+    expectRefused(mesh, "face 3");
+    mesh = sound;
+    mesh.positions[5].y() = std::numeric_limits<double>::quiet_NaN();
+    expectRefused(mesh, "vertex 5");
+}
+
 TEST(Baker, BakesABuiltin)
 {
     BakeOptions options;
