@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/render/PlacedDrawable.h>
 
+#include <osgTessLOD/asset/LodAsset.h>
+
+#include <osg/MatrixTransform>
 #include <osg/NodeVisitor>
 #include <osg/Transform>
 
@@ -28,6 +31,24 @@ public:
 };
 
 } // namespace
+
+osg::ref_ptr<osg::Node> placeAtOrigin(TessLODDrawable& drawable)
+{
+    drawable.getBound(); // now, so that no cull thread has to
+    const auto& asset = drawable.getAsset();
+    const osg::Vec3d origin =
+        asset != nullptr ? osg::Vec3d(asset->lattice.origin[0], asset->lattice.origin[1], asset->lattice.origin[2])
+                         : osg::Vec3d();
+    if (origin == osg::Vec3d()) { return &drawable; }
+
+    osg::ref_ptr<osg::MatrixTransform> transform = new osg::MatrixTransform(osg::Matrixd::translate(origin));
+    transform->setName(drawable.getName());
+    // The Optimizer would try to apply a STATIC transform to vertices, which it cannot reach here.
+    transform->setDataVariance(osg::Object::DYNAMIC);
+    transform->addChild(&drawable);
+    transform->getBound();
+    return transform;
+}
 
 std::vector<PlacedDrawable> findTessLODDrawables(osg::Node& scene)
 {

@@ -21,6 +21,9 @@ struct PlacedDrawable {
     osg::Matrixd localToWorld;
 };
 
+/// The drawable, under a translation where its asset's frame is not its source's (Lattice::origin). Bounds are computed.
+OSGTESSLOD_EXPORT osg::ref_ptr<osg::Node> placeAtOrigin(TessLODDrawable& drawable);
+
 /// The TessLODDrawables of a scene, each as often as there are ways to it, hidden ones too.
 OSGTESSLOD_EXPORT std::vector<PlacedDrawable> findTessLODDrawables(osg::Node& scene);
 

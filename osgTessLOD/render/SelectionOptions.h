@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace osgTessLOD {
 
@@ -34,5 +35,17 @@ struct SelectionOptions {
 /// "view", "isotropic"; "conservative", "first-order": as command lines and files name them. Nothing for other names.
 OSGTESSLOD_EXPORT std::optional<SelectionOptions::Metric> metricNamed(const std::string& name);
 OSGTESSLOD_EXPORT std::optional<SelectionOptions::Bound> boundNamed(const std::string& name);
+
+/// A selection option as option strings of plugins and scene files name it: "errorPixels=2".
+struct SelectionOption {
+    const char* name;
+    const char* values;                                      ///< what may stand behind the "=", for people
+    const char* purpose;                                     ///< for people
+    bool (*read)(const std::string& text, SelectionOptions&); ///< false, and no change, where `text` is none of `values`
+    std::string (*text)(const SelectionOptions&);            ///< what `read` takes for the same value
+};
+
+/// All that can be named so; the view of frozen selections, which belongs to a camera, is not.
+OSGTESSLOD_EXPORT const std::vector<SelectionOption>& selectionOptionTable();
 
 } // namespace osgTessLOD

@@ -60,6 +60,7 @@ TessLODDrawable::TessLODDrawable(const TessLODDrawable& other, const osg::CopyOp
     , _observer(other._observer)
     , _options(other._options)
     , _pickingOptions(other._pickingOptions)
+    , _fileName(other._fileName)
 {
     dropPickingSurface(); // a tree of one's own is made when needed, of the same surface
     ensureCullCallback(*this);
@@ -74,8 +75,19 @@ void TessLODDrawable::setAsset(std::shared_ptr<const LodAsset> asset)
     _asset = std::move(asset);
     _gpuAsset = _asset != nullptr ? new GpuAsset(_asset) : nullptr;
     dropPickingSurface();
+    _fileName.clear();
     dirtyBound();
     getBoundingBox(); // now: cull traversals, possibly several at once, must find it computed
+}
+
+void TessLODDrawable::shareAsset(const TessLODDrawable& other)
+{
+    _asset = other._asset;
+    _gpuAsset = other._gpuAsset;
+    _fileName = other._fileName;
+    dropPickingSurface();
+    dirtyBound();
+    getBoundingBox();
 }
 
 void TessLODDrawable::setSelectionObserver(SelectionObserver* observer)

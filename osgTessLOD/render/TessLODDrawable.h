@@ -9,6 +9,7 @@
 
 #include <memory>
 #include <mutex>
+#include <string>
 
 namespace osgTessLOD {
 
@@ -30,7 +31,16 @@ public:
 
     /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn.
     void setAsset(std::shared_ptr<const LodAsset> asset);
+        /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn. The file
+        /// name is forgotten.
+        void setAsset(std::shared_ptr<const LodAsset> asset);
     const std::shared_ptr<const LodAsset>& getAsset() const { return _asset; }
+    /// Asset, GL objects and file name are `other`'s from now on, too.
+    void shareAsset(const TessLODDrawable& other);
+
+    /// The .tlod file that the asset is read from, by which scene files refer to it; empty where there is none.
+    void setFileName(const std::string& fileName) { _fileName = fileName; }
+    const std::string& getFileName() const { return _fileName; }
 
     void setOptions(const SelectionOptions& options) { _options = options; }
     const SelectionOptions& getOptions() const { return _options; }
@@ -77,6 +87,7 @@ private:
     PickingOptions _pickingOptions;
     mutable std::mutex _pickingMutex; ///< of what follows and of the Shape made of it
     mutable osg::ref_ptr<SurfaceProxy> _pickingSurface;
+    std::string _fileName;
 };
 
 } // namespace osgTessLOD

@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: MIT
 // The OSG plugin for .tlod files. What is read becomes one TessLODDrawable, named after the file; under a translation
-// where the asset's frame is not the source's.
+// where the asset's frame is not the source's. A scene without one is baked before it is written, by the plugin tesslod.
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/render/PlacedDrawable.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
+#include <plugins/PluginOptions.h>
 
-#include <osg/MatrixTransform>
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
 #include <osgDB/Registry>
 
-#include <cmath>
-#include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -24,78 +22,28 @@ namespace osgTessLOD {
 
 namespace {
 
-constexpr const char* kErrorPixels = "errorPixels";
-constexpr const char* kMaxFactor = "maxFactor";
-constexpr const char* kMetric = "metric";
-constexpr const char* kBound = "bound";
-constexpr const char* kNoTextures = "noTextures";
-
-/// The number that option `name` asks for, or `fallback` where it is not given. Throws for anything but a number > 0.
-double positiveOption(const osgDB::Options* options, const char* name, double fallback)
-{
-    const std::string text = options ? options->getPluginStringData(name) : std::string();
-    if (text.empty()) { return fallback; }
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    if (*end != '\0' || !std::isfinite(value) || value <= 0.0) {
-        throw std::runtime_error(std::string("option ") + name + "=" + text + " is not a number above 0");
-    }
-    return value;
-}
-
-/// What option `name` names, as `find` knows it, or `fallback` where it is not given. Throws for other names.
-template <typename Value>
-Value namedOption(const osgDB::Options* options, const char* name, std::optional<Value> (*find)(const std::string&),
-                  Value fallback)
-{
-    const std::string text = options ? options->getPluginStringData(name) : std::string();
-    if (text.empty()) { return fallback; }
-    const std::optional<Value> value = find(text);
-    if (!value) { throw std::runtime_error(std::string("option ") + name + "=" + text + " is not known"); }
-    return *value;
-}
-
-bool isOptionSet(const osgDB::Options* options, const char* name)
-{
-    const std::string text = options ? options->getPluginStringData(name) : std::string();
-    return !text.empty() && text != "false" && text != "0";
-}
-
-osg::ref_ptr<osg::Node> makeNode(LodAsset asset, const std::string& name, const osgDB::Options* options)
+/// `path` is empty for an asset that is not from a file.
+osg::ref_ptr<osg::Node> makeNode(LodAsset asset, const std::string& path, const osgDB::Options* options)
 {
     SelectionOptions selection;
-    selection.errorPixels = positiveOption(options, kErrorPixels, selection.errorPixels);
-    selection.maxFactor =
-        static_cast<unsigned>(std::fmin(positiveOption(options, kMaxFactor, selection.maxFactor), 1e6));
-    selection.metric = namedOption(options, kMetric, metricNamed, selection.metric);
-    selection.bound = namedOption(options, kBound, boundNamed, selection.bound);
+    applyOptions(options, selection);
     if (isOptionSet(options, kNoTextures)) { asset.normals = NormalTexture(); }
-    const osg::Vec3d origin(asset.lattice.origin[0], asset.lattice.origin[1], asset.lattice.origin[2]);
-
-    osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(std::make_shared<const LodAsset>(std::move(asset)));
+    const osg::ref_ptr<TessLODDrawable> drawable =
+        new TessLODDrawable(std::make_shared<const LodAsset>(std::move(asset)));
     drawable->setOptions(selection);
-    drawable->setName(osgDB::getSimpleFileName(name));
-    drawable->getBound(); // now, so that no cull thread has to
-    if (origin == osg::Vec3d()) { return drawable; }
-
-    osg::ref_ptr<osg::MatrixTransform> transform = new osg::MatrixTransform(osg::Matrixd::translate(origin));
-    transform->setName(drawable->getName());
-    // The Optimizer would try to apply a STATIC transform to vertices, which it cannot reach here.
-    transform->setDataVariance(osg::Object::DYNAMIC);
-    transform->addChild(drawable);
-    return transform;
+    drawable->setName(osgDB::getSimpleFileName(path));
+    if (!path.empty()) { drawable->setFileName(std::filesystem::absolute(path).lexically_normal().string()); }
+    return placeAtOrigin(*drawable);
 }
 
-/// The asset to be stored for a scene: that of its only TessLODDrawable, whose translation becomes the asset's origin.
-std::shared_ptr<const LodAsset> assetOf(const osg::Node& node)
+/// The asset to be stored for the scene's only TessLODDrawable, whose translation becomes the asset's origin.
+std::shared_ptr<const LodAsset> assetOf(const std::vector<PlacedDrawable>& scene)
 {
-    // NodeVisitors take nodes to change; this one does not.
-    const std::vector<PlacedDrawable> found = findTessLODDrawables(const_cast<osg::Node&>(node));
-    if (found.size() != 1) {
+    if (scene.size() != 1) {
         throw std::runtime_error("a .tlod file holds exactly one TessLODDrawable, the scene has " +
-                                 std::to_string(found.size()));
+                                 std::to_string(scene.size()) + "; .osgt, .osgb and .osgx files hold them all");
     }
-    const auto& [drawable, matrix] = found.front();
+    const auto& [drawable, matrix] = scene.front();
     if (!drawable->getAsset()) { throw std::runtime_error("the scene's TessLODDrawable has no asset"); }
     if (matrix.isIdentity()) { return drawable->getAsset(); }
 
@@ -108,6 +56,24 @@ std::shared_ptr<const LodAsset> assetOf(const osg::Node& node)
     return moved;
 }
 
+std::vector<PlacedDrawable> drawablesOf(const osg::Node& node)
+{
+    return findTessLODDrawables(const_cast<osg::Node&>(node)); // NodeVisitors take nodes to change; this one does not
+}
+
+/// Has the plugin that bakes, which this one is not linked to, bake the scene and write the result, which comes here again.
+osgDB::ReaderWriter::WriteResult bakeAndWrite(const osg::Node& node, const std::string& fileName,
+                                              const osgDB::Options* options)
+{
+    osgDB::ReaderWriter* baker = osgDB::Registry::instance()->getReaderWriterForExtension(kBakeExtension);
+    if (baker == nullptr) {
+        throw std::runtime_error(
+            "the scene has no TessLODDrawable, and the plugin osgdb_tesslod, which could bake it, is "
+            "not found");
+    }
+    return baker->writeNode(node, fileName + "." + kBakeExtension, options);
+}
+
 } // namespace
 
 class ReaderWriterTLOD : public osgDB::ReaderWriter {
@@ -115,13 +81,16 @@ public:
     ReaderWriterTLOD()
     {
         supportsExtension("tlod", "osgTessLOD level-of-detail surface");
-        supportsOption(std::string(kErrorPixels) + "=<number>", "Largest error on screen, in pixels; 1 if not given");
-        supportsOption(std::string(kMaxFactor) + "=<number>", "Levels of larger tessellation factors are not used");
-        supportsOption(std::string(kMetric) + "=view|isotropic",
-                       "Errors as seen, which is the default, or at their largest");
-        supportsOption(std::string(kBound) + "=conservative|first-order",
-                       "Keep the error everywhere on screen, which is the default, or about at the middles of borders");
+        for (const SelectionOption& option : selectionOptionTable()) {
+            supportsOption(std::string(option.name) + "=" + option.values, option.purpose);
+        }
         supportsOption(kNoTextures, "Leave the normal textures out");
+        supportsOption(std::string(kTechnique) + "=" + kTechniqueValues, kTechniquePurpose);
+        supportsOption(std::string(kTolerance) + "=" + kToleranceValues, kTolerancePurpose);
+        supportsOption(std::string(kAssetHint) + "=" + kAssetHintValues,
+                       "When writing an .osgt, .osgb or .osgx scene of such models: put the .tlod files into it, or "
+                       "write those of models that have none beside it; without, the scene names the models' files and "
+                       "has those in it that are in none");
     }
 
     const char* className() const override { return "osgTessLOD reader/writer"; }
@@ -161,11 +130,13 @@ public:
         return node ? writeNode(*node, stream, options) : WriteResult(WriteResult::FILE_NOT_HANDLED);
     }
 
-    WriteResult writeNode(const osg::Node& node, const std::string& fileName, const Options*) const override
+    WriteResult writeNode(const osg::Node& node, const std::string& fileName, const Options* options) const override
     {
         if (!acceptsExtension(osgDB::getLowerCaseFileExtension(fileName))) { return WriteResult::FILE_NOT_HANDLED; }
         return guarded<WriteResult>(fileName, [&] {
-            writeTlod(fileName, *assetOf(node));
+            const std::vector<PlacedDrawable> scene = drawablesOf(node);
+            if (scene.empty()) { return bakeAndWrite(node, fileName, options); }
+            writeTlod(fileName, *assetOf(scene));
             return WriteResult(WriteResult::FILE_SAVED);
         });
     }
@@ -173,24 +144,10 @@ public:
     WriteResult writeNode(const osg::Node& node, std::ostream& stream, const Options*) const override
     {
         return guarded<WriteResult>("(stream)", [&] {
-            writeTlod(stream, *assetOf(node));
+            writeTlod(stream, *assetOf(drawablesOf(node)));
             if (!stream) { throw std::runtime_error("writing failed"); }
             return WriteResult(WriteResult::FILE_SAVED);
         });
-    }
-
-private:
-    /// The result of `work`, or what went wrong with the file `name`: OSG's readers expect no exceptions.
-    template <typename Result, typename Work> static Result guarded(const std::string& name, const Work& work)
-    {
-        try {
-            return work();
-        } catch (const std::exception& error) {
-            const std::string message = error.what();
-            return Result(message.find(name) == std::string::npos ? name + ": " + message : message);
-        } catch (...) {
-            return Result(name + ": unknown error");
-        }
     }
 };
 

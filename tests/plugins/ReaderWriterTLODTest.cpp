@@ -81,6 +81,7 @@ TEST(ReaderWriterTLOD, GivesTheAssetAsOneDrawableNamedAfterTheFile)
     const auto* drawable = dynamic_cast<const TessLODDrawable*>(node.get());
     ASSERT_NE(drawable, nullptr);
     EXPECT_EQ(drawable->getName(), "bumpy.tlod");
+    EXPECT_EQ(drawable->getFileName(), folder.file("bumpy.tlod"));
     ASSERT_NE(drawable->getAsset(), nullptr);
     EXPECT_EQ(bytesOf(*drawable->getAsset()), bytesOf(asset));
 }
@@ -104,6 +105,22 @@ TEST(ReaderWriterTLOD, PlacesAnAssetAtItsOrigin)
     EXPECT_EQ(transform->getMatrix(), osg::Matrixd::translate(1000.0, -20.0, 3e6));
     ASSERT_EQ(transform->getNumChildren(), 1U);
     EXPECT_NE(dynamic_cast<const TessLODDrawable*>(transform->getChild(0)), nullptr);
+}
+
+/// What a node keeps to itself.
+struct BoundState : osg::Node {
+    static bool isComputed(const osg::Node& node) { return node.*(&BoundState::_boundingSphereComputed); }
+};
+
+TEST(ReaderWriterTLOD, ComputesBoundsBeforeAnyCullThreadCanAskForThem)
+{
+    const TemporaryDirectory folder;
+    for (const double origin : {0.0, 1e5}) {
+        writeTlod(folder.file("x.tlod"), assetAt(origin, 0.0, 0.0));
+        const osg::ref_ptr<osg::Node> node = osgDB::readRefNodeFile(folder.file("x.tlod"));
+        EXPECT_TRUE(BoundState::isComputed(*node));
+        EXPECT_NEAR(node->getBound().center().x(), origin, 0.1);
+    }
 }
 
 TEST(ReaderWriterTLOD, StaysInPlaceWhenOptimized)
@@ -215,12 +232,13 @@ TEST(ReaderWriterTLOD, TakesOptions)
     EXPECT_GT(plain->getAsset()->normals.resolution, 0U);
 
     const osg::ref_ptr<TessLODDrawable> set =
-        readWith("errorPixels=2.5 maxFactor=8 metric=isotropic bound=first-order noTextures");
+        readWith("errorPixels=2.5 maxFactor=8 metric=isotropic bound=first-order cullPatches=false noTextures");
     ASSERT_TRUE(set);
     EXPECT_EQ(set->getOptions().errorPixels, 2.5);
     EXPECT_EQ(set->getOptions().maxFactor, 8U);
     EXPECT_EQ(set->getOptions().metric, SelectionOptions::Metric::Isotropic);
     EXPECT_EQ(set->getOptions().bound, SelectionOptions::Bound::FirstOrder);
+    EXPECT_FALSE(set->getOptions().cullPatches);
     EXPECT_EQ(set->getAsset()->normals.resolution, 0U);
     EXPECT_TRUE(set->getAsset()->normals.levels.empty());
 }
@@ -229,8 +247,8 @@ TEST(ReaderWriterTLOD, RefusesMalformedOptions)
 {
     const TemporaryDirectory folder;
     writeTlod(folder.file("x.tlod"), makeSyntheticAsset());
-    for (const char* option : {"errorPixels=fine", "errorPixels=0", "errorPixels=-1", "errorPixels=nan", "maxFactor=8x",
-                               "metric=best", "bound=firstorder"}) {
+    for (const char* option : {"errorPixels=fine", "errorPixels=0", "errorPixels=-1", "errorPixels=nan", "errorPixels=1e999", "maxFactor=8x",
+                               "maxFactor=0", "metric=best", "bound=firstorder", "cullPatches=maybe"}) {
         const ReadResult result = read(folder.file("x.tlod"), option);
         EXPECT_EQ(result.status(), ReadResult::ERROR_IN_READING_FILE) << option;
         EXPECT_NE(result.message().find(option), std::string::npos) << result.message();
@@ -242,7 +260,7 @@ TEST(ReaderWriterTLOD, DeclaresWhatItHandles)
     EXPECT_EQ(plugin().supportedExtensions().count("tlod"), 1U);
     std::string declared;
     for (const auto& [option, purpose] : plugin().supportedOptions()) { declared += option + " "; }
-    for (const char* option : {"errorPixels", "maxFactor", "metric", "bound", "noTextures"}) {
+    for (const char* option : {"errorPixels", "maxFactor", "metric", "bound", "cullPatches", "noTextures", "WriteTlodHint"}) {
         EXPECT_NE(declared.find(option), std::string::npos) << declared;
     }
 }

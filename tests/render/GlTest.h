@@ -6,9 +6,9 @@
 #include <osgTessLOD/render/PatchSelection.h>
 #include <osgTessLOD/render/PatchSelector.h>
 #include <osgtesslodviewer/headless/HeadlessContext.h>
+#include <render/WarningCollector.h>
 
 #include <osg/GraphicsContext>
-#include <osg/Notify>
 #include <osg/RenderInfo>
 #include <osg/State>
 
@@ -16,43 +16,10 @@
 
 #include <algorithm>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 namespace osgTessLOD {
-
-/// Collects what OSG warns of, GL errors included, while it lives.
-class WarningCollector {
-public:
-    WarningCollector()
-        : _before(osg::getNotifyHandler())
-    {
-        osg::setNotifyHandler(_handler.get());
-    }
-    ~WarningCollector() { osg::setNotifyHandler(_before.get()); }
-    WarningCollector(const WarningCollector&) = delete;
-    WarningCollector& operator=(const WarningCollector&) = delete;
-
-    std::string text() const
-    {
-        const std::lock_guard<std::mutex> lock(_handler->mutex);
-        return _handler->text;
-    }
-
-private:
-    struct Handler : osg::NotifyHandler {
-        void notify(osg::NotifySeverity severity, const char* message) override
-        {
-            const std::lock_guard<std::mutex> lock(mutex);
-            if (severity <= osg::WARN) { text += message; }
-        }
-        mutable std::mutex mutex;
-        std::string text;
-    };
-    osg::ref_ptr<Handler> _handler = new Handler;
-    osg::ref_ptr<osg::NotifyHandler> _before;
-};
 
 /// A current context; after each test there must be no GL error and no warning.
 class GlTest : public testing::Test {
