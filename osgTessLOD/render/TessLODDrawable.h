@@ -29,11 +29,9 @@ public:
     TessLODDrawable(const TessLODDrawable& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
     META_Object(osgTessLOD, TessLODDrawable)
 
-    /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn.
+    /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn. The file name
+    /// is forgotten.
     void setAsset(std::shared_ptr<const LodAsset> asset);
-        /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn. The file
-        /// name is forgotten.
-        void setAsset(std::shared_ptr<const LodAsset> asset);
     const std::shared_ptr<const LodAsset>& getAsset() const { return _asset; }
     /// Asset, GL objects and file name are `other`'s from now on, too.
     void shareAsset(const TessLODDrawable& other);

@@ -20,6 +20,8 @@
 #include <osgDB/ReadFile>
 #include <osgDB/Registry>
 #include <osgDB/WriteFile>
+#include <osgUtil/IntersectionVisitor>
+#include <osgUtil/LineSegmentIntersector>
 
 #include <filesystem>
 #include <sstream>
@@ -125,6 +127,27 @@ TEST(SceneFile, HoldsWhatHasNoFile)
         const osg::ref_ptr<osg::Node> scene = read(path);
         expectTheScene(scene, asset);
         EXPECT_EQ(onlyDrawable(scene)->getFileName(), "");
+    }
+    EXPECT_EQ(warnings.text(), "");
+}
+
+TEST(SceneFile, DoesNotHoldTheTreeThatPickingMakes)
+{
+    const TemporaryDirectory folder;
+    const LodAsset asset = makeSyntheticAsset();
+    const osg::ref_ptr<TessLODDrawable> drawable = makeDrawable(asset);
+    const osg::ref_ptr<osg::MatrixTransform> scene = makeScene(*drawable);
+    osgUtil::IntersectionVisitor visitor(
+        new osgUtil::LineSegmentIntersector(osg::Vec3d(1.0, 2.0, 9.0), osg::Vec3d(1.0, 2.0, -9.0)));
+    scene->accept(visitor);
+    ASSERT_NE(drawable->getShape(), nullptr);
+    const WarningCollector warnings;
+    for (const std::string format : kFormats) {
+        SCOPED_TRACE(format);
+        ASSERT_TRUE(write(*scene, folder.file("scene." + format)));
+        const osg::ref_ptr<osg::Node> again = read(folder.file("scene." + format));
+        expectTheScene(again, asset);
+        EXPECT_EQ(onlyDrawable(again)->getShape(), nullptr);
     }
     EXPECT_EQ(warnings.text(), "");
 }
