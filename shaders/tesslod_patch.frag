@@ -1,12 +1,12 @@
 #version 330 compatibility
 // SPDX-License-Identifier: MIT
-// Shades the surface as OpenGL's fixed function would, per fragment; both sides are lit.
-// Needs tesslod_normal.glsl, tesslod_color.glsl and tesslod_lighting.glsl.
+// Gathers what is known of the surface at a fragment and has tessLodShade colour it.
+// Needs tesslod_normal.glsl, tesslod_color.glsl, tesslod_shadow.glsl, tesslod_lighting.glsl, tesslod_fragment.glsl and tesslod_shade.glsl.
 // In: tessLodEyePosition    eye space
 //     tessLodWeights        corner weights in the patch, tessLodFragmentPatch   (with TESSLOD_NORMALS)
 //     tessLodLevel          continuous level                                    (with TESSLOD_COLOR_BY_LEVEL)
 // Out: gl_FragColor
-#pragma import_defines(TESSLOD_NORMALS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL)
+#pragma import_defines(TESSLOD_NORMALS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL, TESSLOD_UNFILLED)
 
 in vec3 tessLodEyePosition;
 #if defined(TESSLOD_NORMALS)
@@ -26,8 +26,22 @@ vec3 tessLodLevelColor(int level)
 }
 #endif
 
-// Unit, eye space, on the viewer's side.
-vec3 tessLodEyeNormal()
+// True where the back of the surface is seen, given its eye-space normal.
+bool tessLodIsBack(vec3 normal)
+{
+    // A coarse triangle may be turned over where the surface is not: the surface's own normal then still looks at the viewer.
+    vec3 sight = gl_ProjectionMatrix[2][3] == 0.0 ? vec3(0.0, 0.0, -1.0) : tessLodEyePosition; // orthographic: all alike
+    bool looksAway = dot(normal, sight) > 0.0;
+#if defined(TESSLOD_UNFILLED)
+    return looksAway; // Mesa 22.3 draws outlines of tessellated triangles wrong where a shader asks for gl_FrontFacing
+#else
+    bool mirrored = determinant(mat3(gl_ModelViewMatrix)) < 0.0; // turns the winding, not the normals
+    return gl_FrontFacing == mirrored && looksAway;
+#endif
+}
+
+// Normal in eye space and on which side we are. The back of an open surface is lit as its front: the normal is turned.
+void tessLodOrient(inout TessLodFragment fragment)
 {
     // Derivatives first: they are undefined in control flow that neighbouring fragments do not share.
     vec3 across = dFdx(tessLodEyePosition);
@@ -35,29 +49,33 @@ vec3 tessLodEyeNormal()
 #if defined(TESSLOD_NORMALS)
     // A step along an edge by a part d of it changes two weights by d each: length √2 · d.
     float footprint = 0.70710678 * max(length(dFdx(tessLodWeights)), length(dFdy(tessLodWeights)));
-    vec3 normal = gl_NormalMatrix * tessLodPatchNormal(tessLodFragmentPatch, tessLodWeights, footprint);
-    bool mirrored = determinant(mat3(gl_ModelViewMatrix)) < 0.0; // turns the winding, not the normals
-    // The back of an open surface is lit as its front. A coarse triangle may be turned over where the surface is not: the
-    // surface's own normal then still looks at the viewer, and is kept.
-    vec3 sight = gl_ProjectionMatrix[2][3] == 0.0 ? vec3(0.0, 0.0, -1.0) : tessLodEyePosition; // orthographic: all alike
-    bool isBack = gl_FrontFacing == mirrored && dot(normal, sight) > 0.0;
-    return normalize(isBack ? -normal : normal);
+    vec3 normal = normalize(gl_NormalMatrix * tessLodPatchNormal(tessLodFragmentPatch, tessLodWeights, footprint));
+    fragment.isBack = tessLodIsBack(normal);
+    fragment.normal = fragment.isBack ? -normal : normal;
 #else
     vec3 normal = cross(across, up); // on the viewer's side, as pixels are ordered there
-    return dot(normal, normal) > 0.0 ? normalize(normal) : vec3(0.0, 0.0, 1.0);
+    fragment.normal = dot(normal, normal) > 0.0 ? normalize(normal) : vec3(0.0, 0.0, 1.0);
+#if defined(TESSLOD_UNFILLED)
+    fragment.isBack = false; // lines and points have no side
+#else
+    fragment.isBack = tessLodIsBack(-fragment.normal);
+#endif
 #endif
 }
 
 void main()
 {
-    vec4 ambient = tessLodBaseColor(gl_FrontMaterial.ambient);
-    vec4 diffuse = tessLodBaseColor(gl_FrontMaterial.diffuse);
+    TessLodFragment fragment;
+    fragment.position = tessLodEyePosition;
+    tessLodOrient(fragment);
+    fragment.material = tessLodMaterial(fragment.isBack);
+    fragment.material.ambient = tessLodBaseColor(fragment.material.ambient);
+    fragment.material.diffuse = tessLodBaseColor(fragment.material.diffuse);
 #if defined(TESSLOD_COLOR_BY_LEVEL)
     int below = int(tessLodLevel);
     vec3 levelColor = mix(tessLodLevelColor(below), tessLodLevelColor(below + 1), tessLodLevel - float(below));
-    ambient.rgb = levelColor;
-    diffuse.rgb = levelColor;
+    fragment.material.ambient.rgb = levelColor;
+    fragment.material.diffuse.rgb = levelColor;
 #endif
-    vec4 color = tessLodLitColor(tessLodEyePosition, tessLodEyeNormal(), ambient, diffuse) * tessLodTextureColor();
-    gl_FragColor = tessLodFoggedColor(color, tessLodEyePosition);
+    gl_FragColor = tessLodShade(fragment);
 }

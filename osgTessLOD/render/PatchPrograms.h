@@ -21,8 +21,9 @@ public:
     /// The ones that are alive, or new ones: so that scenes of many assets compile and switch shaders once. Any thread.
     static osg::ref_ptr<PatchPrograms> shared();
 
-    /// `backend` is not Auto here nor below.
-    osg::StateSet* draw(Backend backend) const { return _draw.at(backend).get(); }
+    /// What to draw with under `state`, as it is applied: the program of its SurfaceShading, if there is one. `backend` is not
+    /// Auto here nor below. Any thread.
+    osg::ref_ptr<osg::StateSet> draw(Backend backend, const osg::State& state) const;
     /// Gives a vec3 that the vertex stages put out to transform feedback. Any thread.
     osg::ref_ptr<osg::StateSet> capture(Backend backend, const std::string& varying) const;
 
@@ -36,8 +37,17 @@ protected:
 private:
     PatchPrograms();
 
-    std::map<Backend, osg::ref_ptr<osg::StateSet>> _draw;
+    /// A program twice: for filled triangles, and for their outlines and corners.
+    struct Draw {
+        osg::ref_ptr<osg::StateSet> filled;
+        osg::ref_ptr<osg::StateSet> unfilled;
+    };
+    static Draw makeDraw(Backend backend, const std::string& shading);
+    /// Calls what(state set) for all that there are.
+    template <typename What> void forEach(const What& what) const;
+
     mutable std::mutex _mutex;
+    mutable std::map<std::pair<Backend, std::string>, Draw> _draws; ///< by the source of the shading; empty: the usual one
     mutable std::map<std::pair<Backend, std::string>, osg::ref_ptr<osg::StateSet>> _captures; ///< by varying
 };
 

@@ -5,13 +5,12 @@
 #include <osgTessLOD/render/AssetPages.h>
 #include <osgTessLOD/render/BackendChoice.h>
 #include <osgTessLOD/render/DrawContext.h>
+#include <osgTessLOD/render/FixedFunction.h>
 #include <osgTessLOD/render/GpuAsset.h>
 #include <osgTessLOD/render/PatchDraw.h>
 #include <osgTessLOD/render/PatchPrograms.h>
 #include <osgTessLOD/render/TransformFeedback.h>
 
-#include <osg/Fog>
-#include <osg/LightModel>
 #include <osg/Notify>
 #include <osg/Program>
 #include <osg/State>
@@ -33,38 +32,6 @@ bool isApplied(const osg::State& state, const osg::StateSet& wanted)
            applied->getProgram() == wanted.getAttribute(osg::StateAttribute::PROGRAM);
 }
 
-/// The uniform of tesslod_lighting.glsl: which fixed-function features are on now.
-int fixedFunctionBits(const osg::State& state)
-{
-    int bits = 0;
-    for (int k = 0; k < 8; ++k) {
-        if (state.getLastAppliedMode(static_cast<GLenum>(GL_LIGHT0 + k))) { bits |= 1 << k; }
-    }
-    if (state.getLastAppliedMode(GL_LIGHTING)) { bits |= 0x100; }
-    const auto* model =
-        dynamic_cast<const osg::LightModel*>(state.getLastAppliedAttribute(osg::StateAttribute::LIGHTMODEL));
-    if (model != nullptr && model->getLocalViewer()) { bits |= 0x200; }
-    const auto* fog = dynamic_cast<const osg::Fog*>(state.getLastAppliedAttribute(osg::StateAttribute::FOG));
-    if (fog != nullptr && state.getLastAppliedMode(GL_FOG)) {
-        bits |= (fog->getMode() == osg::Fog::LINEAR ? 1 : fog->getMode() == osg::Fog::EXP ? 2 : 3) << 10;
-    }
-    return bits;
-}
-
-void setUniform(osg::State& state, unsigned nameId, int value)
-{
-    const GLint location = state.getLastAppliedProgramObject()->getUniformLocation(nameId);
-    if (location >= 0) { state.get<osg::GLExtensions>()->glUniform1i(location, value); }
-}
-
-/// The uniforms that tell shaders which fixed-function state is on now: of tesslod_lighting.glsl and tesslod_color.glsl.
-void setFixedFunctionUniforms(osg::State& state)
-{
-    static const unsigned fixedFunction = osg::Uniform::getNameID("tessLodFixedFunction");
-    static const unsigned textured = osg::Uniform::getNameID("tessLodTextured");
-    setUniform(state, fixedFunction, fixedFunctionBits(state));
-    setUniform(state, textured, state.getLastAppliedTextureMode(0, GL_TEXTURE_2D) ? 1 : 0);
-}
 
 } // namespace
 
@@ -131,7 +98,7 @@ void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, cons
         state.apply();
         if (isApplied(state, program)) {
             state.applyModelViewAndProjectionUniformsIfRequired();
-            setFixedFunctionUniforms(state);
+            applyFixedFunctionUniforms(state);
             draw(records);
         }
         state.popStateSet();
@@ -170,7 +137,7 @@ void PatchSelection::drawImplementation(osg::RenderInfo& renderInfo) const
     const std::optional<Backend> backend = this->backend(renderInfo);
     if (!backend) { return; }
     osg::State& state = *renderInfo.getState();
-    forEachPage(state, *_asset->programs().draw(*backend), [&](const std::vector<PatchRecord>& records) {
+    forEachPage(state, *_asset->programs().draw(*backend, state), [&](const std::vector<PatchRecord>& records) {
         const std::unique_ptr<PatchDraw> patches = PatchDraw::make(*backend, state, records);
         forEachDraw(
             records, DrawContext::of(state).verticesPerDraw(),
