@@ -5,21 +5,25 @@
 #include "FrameStatistics.h"
 #include "SceneDrawables.h"
 #include "SelectionTotals.h"
+#include "SelectionTrace.h"
 #include "ViewerOptions.h"
 
 #include <osgTessLOD/asset/AtomicFile.h>
 #include <osgTessLOD/asset/SurfaceMesh.h>
 #include <osgtesslodviewer/headless/HeadlessContext.h>
 
+#include <osg/AnimationPath>
 #include <osg/Image>
 #include <osg/Timer>
 #include <osgDB/FileNameUtils>
 #include <osgDB/Registry>
+#include <osgDB/fstream>
 #include <osgGA/TrackballManipulator>
 #include <osgViewer/Viewer>
 
 #include <algorithm>
 #include <iostream>
+#include <optional>
 #include <stdexcept>
 
 namespace osgTessLOD {
@@ -121,11 +125,31 @@ void setUpCamera(osgViewer::Viewer& viewer, osg::GraphicsContext& context, const
     camera.getProjectionMatrixAsPerspective(fovDegrees, aspect, near, far);
     camera.setProjectionMatrixAsPerspective(options.fovDegrees.value_or(fovDegrees),
                                             static_cast<double>(options.width) / options.height, near, far);
+    if (!options.pathFile.empty()) { return; } // the path says where it is
     if (options.camera) {
         camera.setViewMatrixAsLookAt(options.camera->eye, options.camera->center, options.camera->up);
     } else {
         viewer.setCameraManipulator(new osgGA::TrackballManipulator); // goes to its home position
     }
+}
+
+/// Throws std::runtime_error if there is none in the file.
+osg::ref_ptr<osg::AnimationPath> readPath(const std::string& fileName)
+{
+    osgDB::ifstream file(fileName.c_str());
+    osg::ref_ptr<osg::AnimationPath> path = new osg::AnimationPath;
+    path->read(file);
+    if (path->empty()) { throw std::runtime_error(fileName + ": no animation path can be read from it"); }
+    return path;
+}
+
+/// Puts the camera where it is at frame `frame` of `frames`, the first and the last at the path's ends.
+void followPath(osg::Camera& camera, const osg::AnimationPath& path, unsigned frame, unsigned frames)
+{
+    const double part = frames > 1 ? static_cast<double>(frame) / (frames - 1) : 0.0;
+    osg::Matrixd eyeToWorld;
+    path.getMatrix(path.getFirstTime() + part * path.getPeriod(), eyeToWorld);
+    camera.setViewMatrix(osg::Matrixd::inverse(eyeToWorld));
 }
 
 /// Renders one frame and returns its times.
@@ -146,6 +170,28 @@ FrameTime renderFrame(osgViewer::Viewer& viewer, SelectionTotals& totals)
     time.cull = milliseconds("Cull traversal time taken");
     time.draw = milliseconds("Draw traversal time taken");
     return time;
+}
+
+/// The frames to warm up, and those to take times of and to trace.
+std::vector<FrameTime> renderFrames(osgViewer::Viewer& viewer, SelectionTotals& totals, const ViewerOptions& options)
+{
+    osg::Camera& camera = *viewer.getCamera();
+    osg::ref_ptr<osg::AnimationPath> path;
+    if (!options.pathFile.empty()) {
+        path = readPath(options.pathFile);
+        followPath(camera, *path, 0, options.frames);
+    }
+    std::optional<SelectionTrace> trace;
+    if (!options.traceFile.empty()) { trace.emplace(options.traceFile); }
+    for (unsigned frame = 0; frame < kWarmUpFrames; ++frame) { renderFrame(viewer, totals); }
+    std::vector<FrameTime> times;
+    for (unsigned frame = 0; frame < options.frames; ++frame) {
+        if (path) { followPath(camera, *path, frame, options.frames); }
+        times.push_back(renderFrame(viewer, totals));
+        if (trace) { trace->addFrame(frame, camera.getViewMatrix(), totals.thisFrame(&camera)); }
+    }
+    if (trace) { trace->commit(); }
+    return times;
 }
 
 void writeScreenshot(const std::string& path, const osg::Image& image)
@@ -187,9 +233,7 @@ void runHeadless(osgViewer::Viewer& viewer, osg::Node& scene, const ViewerOption
     viewer.realize();
     if (!viewer.isRealized()) { throw std::runtime_error("the OpenGL context could not be made"); }
 
-    for (unsigned frame = 0; frame < kWarmUpFrames; ++frame) { renderFrame(viewer, totals); }
-    std::vector<FrameTime> times;
-    for (unsigned frame = 0; frame < options.frames; ++frame) { times.push_back(renderFrame(viewer, totals)); }
+    const std::vector<FrameTime> times = renderFrames(viewer, totals, options);
     reader->startReading();
     renderFrame(viewer, totals);
     viewer.getCamera()->setFinalDrawCallback(nullptr);

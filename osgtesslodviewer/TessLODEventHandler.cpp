@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "TessLODEventHandler.h"
 
+#include "SelectionStatsLines.h"
+
+#include <osg/Stats>
 #include <osgViewer/View>
+#include <osgViewer/ViewerBase>
 
 #include <algorithm>
 
@@ -39,6 +43,12 @@ const osg::Camera* mainCamera(osgGA::GUIActionAdapter& action)
 {
     osg::View* view = action.asView();
     return view ? view->getCamera() : nullptr;
+}
+
+osgViewer::ViewerBase* viewerOf(osgGA::GUIActionAdapter& action)
+{
+    auto* view = dynamic_cast<osgViewer::View*>(action.asView());
+    return view != nullptr ? view->getViewerBase() : nullptr;
 }
 
 /// Freezes each drawable at the view that its last selection was made for. One that no selection was made for stays as it is.
@@ -82,7 +92,14 @@ void TessLODEventHandler::beginFrame(const osgGA::GUIEventAdapter& event, osgGA:
     const osg::Viewport* viewport = camera ? camera->getViewport() : nullptr;
     const double width = viewport ? viewport->width() : event.getWindowWidth();
     const double height = viewport ? viewport->height() : event.getWindowHeight();
-    _overlay.update(SelectionTotals::sum(_totals.lastFrame(camera)), _drawables.front()->getOptions(), width, height);
+    const SelectionSums sums = SelectionTotals::sum(_totals.lastFrame(camera));
+    const SelectionOptions& options = _drawables.front()->getOptions();
+    _overlay.update(sums, options, width, height);
+    osgViewer::ViewerBase* viewer = viewerOf(action);
+    if (viewer != nullptr && viewer->getViewerStats() != nullptr && viewer->getViewerFrameStamp() != nullptr) {
+        recordSelection(*viewer->getViewerStats(), viewer->getViewerFrameStamp()->getFrameNumber(), sums,
+                        options.errorPixels);
+    }
 }
 
 bool TessLODEventHandler::handleKey(int key, osgGA::GUIActionAdapter& action)

@@ -31,7 +31,7 @@ constexpr std::pair<const char*, const char*> kOptions[] = {
     {"--no-cull", "Draw patches outside the view frustum too."},
     {"--color-by-level", "Colour patches by their level."},
     {"--wireframe", "Draw lines instead of filled triangles."},
-    {"-p <file>", "In a window: follow the animation path in the file."},
+    {"-p <file>", "Follow the animation path in the file; headless, all of it in the frames timed."},
     {"--headless", "Render without a window or display, write the files asked for, and end."},
     {"--size <W>x<H>", "Headless: size of the picture in pixels; 1280x800 if not given."},
     {"--camera <ex,ey,ez,cx,cy,cz,ux,uy,uz>",
@@ -41,6 +41,7 @@ constexpr std::pair<const char*, const char*> kOptions[] = {
     {"--screenshot <file.png>", "Headless: write the picture."},
     {"--capture <file.ply>", "Headless: write the triangles that the GPU drew, in world space."},
     {"--stats <file.json>", "Headless: write the view, what was drawn, and times."},
+    {"--trace <file.jsonl>", "Headless: write what was selected in each frame timed, a JSON object a line."},
 };
 
 void reject(osg::ArgumentParser& arguments, const std::string& option, const std::string& value, const char* wanted)
@@ -171,11 +172,9 @@ ViewerOptions readViewerOptions(osg::ArgumentParser& arguments)
     while (arguments.read("--wireframe")) { options.wireframe = true; }
     options.pathFile = takeValue(arguments, "-p").value_or("");
     while (arguments.read("--headless")) { options.headless = true; }
-    if (options.headless && !options.pathFile.empty()) {
-        arguments.reportError("-p needs a window, not --headless", osg::ArgumentParser::CRITICAL);
-    }
     if (!options.headless) {
-        for (const char* option : {"--size", "--camera", "--fov", "--frames", "--screenshot", "--capture", "--stats"}) {
+        for (const char* option : {"--size", "--camera", "--fov", "--frames", "--screenshot", "--capture", "--stats",
+                                   "--trace"}) {
             if (takeValue(arguments, option)) {
                 arguments.reportError(std::string(option) + " needs --headless", osg::ArgumentParser::CRITICAL);
             }
@@ -190,6 +189,10 @@ ViewerOptions readViewerOptions(osg::ArgumentParser& arguments)
     options.screenshotFile = takeValue(arguments, "--screenshot").value_or("");
     options.captureFile = takeValue(arguments, "--capture").value_or("");
     options.statsFile = takeValue(arguments, "--stats").value_or("");
+    options.traceFile = takeValue(arguments, "--trace").value_or("");
+    if (options.camera && !options.pathFile.empty()) {
+        arguments.reportError("-p and --camera: one of them alone", osg::ArgumentParser::CRITICAL);
+    }
     return options;
 }
 

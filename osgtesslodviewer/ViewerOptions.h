@@ -32,7 +32,7 @@ struct ViewerOptions {
     bool cullPatches = true;
     bool colorByLevel = false;
     bool wireframe = false;
-    std::string pathFile; ///< animation path to follow, in a window alone; empty: none
+    std::string pathFile; ///< animation path to follow; headless: all of it, evenly, by the frames timed; empty: none
 
     bool headless = false; ///< what follows is for headless runs alone
     int width = 1280;      ///< pixels
@@ -43,6 +43,7 @@ struct ViewerOptions {
     std::string screenshotFile;       ///< empty: none
     std::string captureFile;
     std::string statsFile;
+    std::string traceFile; ///< what was selected in every frame timed
 };
 
 /// Describes the options for --help.

@@ -2,6 +2,7 @@
 #include "WindowRun.h"
 
 #include "SceneDrawables.h"
+#include "SelectionStatsLines.h"
 #include "TessLODEventHandler.h"
 #include "ViewerOptions.h"
 
@@ -65,7 +66,9 @@ void addHandlers(osgViewer::Viewer& viewer, osg::Node& scene, const ViewerOption
     viewer.addEventHandler(ownKeys);
     viewer.addEventHandler(new osgViewer::ThreadingHandler);
     viewer.addEventHandler(new osgViewer::WindowSizeHandler);
-    viewer.addEventHandler(new osgViewer::StatsHandler);
+    const osg::ref_ptr<osgViewer::StatsHandler> statistics = new osgViewer::StatsHandler;
+    addSelectionLines(*statistics);
+    viewer.addEventHandler(statistics);
     viewer.addEventHandler(new osgViewer::HelpHandler(usage));
     viewer.addEventHandler(new osgViewer::RecordCameraPathHandler);
     viewer.addEventHandler(new osgViewer::LODScaleHandler);

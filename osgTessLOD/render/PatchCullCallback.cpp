@@ -11,7 +11,9 @@
 #include <osg/Viewport>
 #include <osgUtil/CullVisitor>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace osgTessLOD {
 
@@ -65,15 +67,48 @@ std::vector<osg::Plane> frustumOf(osgUtil::CullVisitor& visitor)
     return visitor.getCurrentCullingSet().getFrustum().getPlaneList();
 }
 
+/// Extends the visitor's near and far planes by the spheres of the patches that are drawn: nearer to them than the box of all is.
+/// False if all are behind the eye.
+bool updateNearFarByPatches(osgUtil::CullVisitor& visitor, const LodAsset& asset, const std::vector<PatchRecord>& records)
+{
+    const osg::Matrixd& matrix = *visitor.getModelViewMatrix();
+    const osg::Vec3d toEye(matrix(0, 2), matrix(1, 2), matrix(2, 2)); // grows towards the eye by its length per unit
+    double near = std::numeric_limits<double>::max();
+    double far = std::numeric_limits<double>::lowest();
+    for (const PatchRecord& record : records) {
+        const LodPatch& patch = asset.patches[record.patch];
+        const osg::Vec3d center(patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2]);
+        const double depth = -(center * toEye + matrix(3, 2));
+        const double radius = double{patch.boundRadius} * toEye.length();
+        near = std::min(near, depth - radius);
+        far = std::max(far, depth + radius);
+    }
+    if (!(far >= 0.0)) { return false; }
+    visitor.setCalculatedNearPlane(std::min<double>(near, visitor.getCalculatedNearPlane()));
+    visitor.setCalculatedFarPlane(std::max<double>(far, visitor.getCalculatedFarPlane()));
+    return true;
+}
+
+/// As CullVisitor::apply(Drawable&) does for the modes of nearest primitives and of bounding volumes. False: behind the eye.
+bool updateNearFar(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawable, const PatchSelection& leaf)
+{
+    const osg::BoundingBox& bounds = drawable.getBoundingBox();
+    switch (visitor.getComputeNearFarMode()) {
+    case osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR: return true;
+    case osg::CullSettings::COMPUTE_NEAR_FAR_USING_PRIMITIVES:
+    case osg::CullSettings::COMPUTE_NEAR_USING_PRIMITIVES:
+        return updateNearFarByPatches(visitor, *drawable.getAsset(), leaf.records());
+    default: return !bounds.valid() || visitor.updateCalculatedNearFar(*visitor.getModelViewMatrix(), bounds);
+    }
+}
+
 /// As CullVisitor::apply(Drawable&) does it, for another drawable than the visited one.
-void addLeaf(osgUtil::CullVisitor& visitor, osg::Drawable& leaf, const osg::BoundingBox& bounds,
+void addLeaf(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawable, PatchSelection& leaf,
              const std::vector<const osg::StateSet*>& states)
 {
     osg::RefMatrix& matrix = *visitor.getModelViewMatrix();
-    if (visitor.getComputeNearFarMode() != osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR && bounds.valid() &&
-        !visitor.updateCalculatedNearFar(matrix, bounds)) {
-        return; // behind the eye
-    }
+    const osg::BoundingBox& bounds = drawable.getBoundingBox();
+    if (!updateNearFar(visitor, drawable, leaf)) { return; }
     const osg::Vec3d center = osg::Vec3d(bounds.center()) * matrix;
     const auto depth = static_cast<float>(-center.z());
     if (std::isnan(depth)) { return; }
@@ -127,7 +162,7 @@ bool PatchCullCallback::cull(osg::NodeVisitor* visitor, osg::Drawable* drawable,
         const osg::Matrixd localToWorld = osg::computeLocalToWorld(cull->getNodePath());
         lod->getSelectionObserver()->selected(cull->getCurrentCamera(), localToWorld, *selection);
     }
-    if (!selection->records().empty()) { addLeaf(*cull, *selection, bounds, statesFor(*cull, *lod, bounds)); }
+    if (!selection->records().empty()) { addLeaf(*cull, *lod, *selection, statesFor(*cull, *lod, bounds)); }
     return true;
 }
 

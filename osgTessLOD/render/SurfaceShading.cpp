@@ -18,8 +18,8 @@ SurfaceShading::SurfaceShading(const SurfaceShading& other, const osg::CopyOp& c
 
 int SurfaceShading::compare(const osg::StateAttribute& other) const
 {
-    const auto* shading = dynamic_cast<const SurfaceShading*>(&other);
-    return shading != nullptr ? _source.compare(shading->_source) : getType() < other.getType() ? -1 : 1;
+    COMPARE_StateAttribute_Types(SurfaceShading, other);
+    return _source.compare(rhs._source);
 }
 
 } // namespace osgTessLOD

@@ -15,6 +15,7 @@
 #include <osg/Group>
 #include <osgText/Text>
 #include <osgViewer/Viewer>
+#include <osgViewer/ViewerEventHandlers>
 
 #include <set>
 
@@ -155,6 +156,38 @@ TEST_P(EventHandler, ShowsWhatWasDrawn)
     EXPECT_NE(line.find("8 patches"), std::string::npos) << line;
     EXPECT_NE(line.find(std::to_string(sums.triangles) + " triangles"), std::string::npos) << line;
     EXPECT_NE(line.find("error asked 1.00 px"), std::string::npos) << line;
+}
+
+TEST_P(EventHandler, EntersItsFiguresInTheStatistics)
+{
+    press('s');
+    press('s'); // the viewer's statistics, with our lines
+    frames(3);
+    viewer.stopThreading();
+    const unsigned number = viewer.getFrameStamp()->getFrameNumber();
+    const auto valueOf = [&](const char* name) {
+        double value = -1.0;
+        EXPECT_TRUE(viewer.getViewerStats()->getAttribute(number, name, value)) << name;
+        return value;
+    };
+    EXPECT_EQ(valueOf("Surface patches"), 8.0);
+    EXPECT_GT(valueOf("Surface triangles"), 8.0);
+    EXPECT_EQ(valueOf("Surface error asked"), options().errorPixels);
+    EXPECT_EQ(valueOf("Surface saturated patches"), 0.0);
+    viewer.startThreading();
+    for (int k = 0; k < 28; ++k) { press('['); } // more than there is to be had
+    viewer.stopThreading();
+    double saturated = 0.0;
+    viewer.getViewerStats()->getAttribute(viewer.getFrameStamp()->getFrameNumber(), "Surface saturated patches", saturated);
+    EXPECT_EQ(saturated, 8.0);
+    TextFinder texts;
+    for (const auto& handler : viewer.getEventHandlers()) {
+        if (auto* statistics = dynamic_cast<osgViewer::StatsHandler*>(handler.get())) { statistics->getCamera()->accept(texts); }
+    }
+    for (const char* label : {"Surface patches", "Surface triangles", "Saturated patches", "Error asked"}) {
+        EXPECT_NE(texts._text.find(label), std::string::npos) << texts._text;
+    }
+    viewer.startThreading();
 }
 
 TEST_P(EventHandler, TogglesTheStatusLine)

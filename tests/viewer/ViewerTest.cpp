@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <sstream>
 
 namespace osgTessLOD {
 namespace {
@@ -187,6 +188,45 @@ TEST_F(Viewer, DrawsWithoutTessellationHardware)
     EXPECT_EQ(json["capture"]["triangles"], json["triangles"]);
 }
 
+TEST_F(Viewer, TracesSelectionsAlongAPath)
+{
+    // Towards the model and past it, by the path format of osgviewer: time, place, rotation; looking along −z, y up.
+    std::string path;
+    for (int k = 0; k <= 4; ++k) { path += std::to_string(k) + " 0 0 " + std::to_string(12 - 2.5 * k) + " 0 0 0 1\n"; }
+    writeBytes(folder.file("p.path"), path);
+    const std::string common = "--headless --size 200x200 --error-pixels 2 -p " + folder.file("p.path") + " --trace " +
+                               folder.file("t.jsonl") + " --stats " + folder.file("s.json") + " " + model();
+    const auto linesOf = [&](const std::string& options) {
+        const Outcome outcome = run(options + common);
+        EXPECT_EQ(outcome.status, 0) << outcome.output;
+        std::vector<nlohmann::json> lines;
+        std::istringstream text(readBytes(folder.file("t.jsonl")));
+        for (std::string line; std::getline(text, line);) { lines.push_back(nlohmann::json::parse(line)); }
+        return lines;
+    };
+    const std::vector<nlohmann::json> lines = linesOf("--frames 9 ");
+    ASSERT_EQ(lines.size(), 9U);
+    double lastSum = 0.0;
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+        EXPECT_EQ(lines[k]["frame"], k);
+        ASSERT_EQ(lines[k]["selections"].size(), 1U);
+        const nlohmann::json& selection = lines[k]["selections"][0];
+        EXPECT_NEAR(selection["eye"][2].get<double>(), 12.0 - 1.25 * static_cast<double>(k), 1e-4);
+        EXPECT_EQ(selection["errorPixels"], 2.0);
+        ASSERT_EQ(selection["patches"].size(), selection["patchesDrawn"].get<std::size_t>());
+        double sum = 0.0;
+        for (const nlohmann::json& patch : selection["patches"]) { sum += std::max({patch[1].get<double>(), patch[2].get<double>(), patch[3].get<double>()}); }
+        EXPECT_GE(sum, lastSum) << "finer as it comes nearer";
+        lastSum = sum;
+    }
+    EXPECT_GT(lastSum, lines[0]["selections"][0]["patchesDrawn"].get<double>()) << "levels rose";
+    // The statistics are those of the path's end, where the last frame was drawn.
+    EXPECT_EQ(readJson(folder.file("s.json"))["triangles"], lines.back()["selections"][0]["triangles"]);
+    EXPECT_EQ(linesOf("--frames 9 "), lines) << "the same every time";
+    EXPECT_EQ(linesOf("").size(), 5U);
+    EXPECT_EQ(run("--camera 0,-5,0,0,0,0,0,0,1 " + common).status, 1) << "one or the other";
+}
+
 TEST_F(Viewer, CapsTheFactor)
 {
     const Outcome outcome = run("--headless --size 400x400 --error-pixels 0.01 --max-factor 4 --stats " +
@@ -289,7 +329,7 @@ TEST_F(Viewer, RefusesMalformedArguments)
                                                                  "--backend best",
                                                                  "--frames 0",
                                                                  "--unheardof",
-                                                                 "-p some.path",
+                                                                 "-p absent.path",
                                                                  "--screenshot"}) {
         const std::string option = arguments.substr(0, arguments.find(' '));
         // The last is to be the option that lacks its value.
