@@ -59,16 +59,4 @@ struct SelectionOption {
 /// All that can be named so; the view of frozen selections, which belongs to a camera, is not.
 OSGTESSLOD_EXPORT const std::vector<SelectionOption>& selectionOptionTable();
 
-/// A selection option as option strings of plugins and scene files name it: "errorPixels=2".
-struct SelectionOption {
-    const char* name;
-    const char* values;                                      ///< what may stand behind the "=", for people
-    const char* purpose;                                     ///< for people
-    bool (*read)(const std::string& text, SelectionOptions&); ///< false, and no change, where `text` is none of `values`
-    std::string (*text)(const SelectionOptions&);            ///< what `read` takes for the same value
-};
-
-/// All that can be named so; the view of frozen selections, which belongs to a camera, is not.
-OSGTESSLOD_EXPORT const std::vector<SelectionOption>& selectionOptionTable();
-
 } // namespace osgTessLOD
