@@ -500,6 +500,12 @@ void checkMesh(const SourceMesh& mesh)
             if (std::max({t[0], t[1], t[2]}) < mesh.positions.size()) { continue; }
             throw AssetError("face " + std::to_string(f) + " (counted from 0) has a vertex that does not exist");
         }
+        if (!mesh.uvs.empty() && mesh.uvs.size() != mesh.triangles.size()) {
+            throw AssetError("not as many texture coordinates as faces");
+        }
+        if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size()) {
+            throw AssetError("not as many colours as vertices");
+        }
     } catch (const AssetError& error) {
         throw AssetError(mesh.name + ": " + error.what());
     }

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <typeinfo>
 #include <utility>
 #include <vector>
@@ -76,6 +78,61 @@ template <typename Visit> bool visitPoints(const osg::Array& array, const Visit&
            visitAs<osg::Vec2Array>(array, visit) || visitAs<osg::Vec2dArray>(array, visit);
 }
 
+/// The array if it is of this type and has an element for every vertex.
+template <typename Array> const Array* perVertex(const osg::Array* array, std::size_t vertices)
+{
+    const auto* typed = dynamic_cast<const Array*>(array);
+    const bool fits =
+        typed != nullptr && typed->size() >= vertices && array->getBinding() == osg::Array::BIND_PER_VERTEX;
+    return fits ? typed : nullptr;
+}
+
+/// Of triangles whose corners all have some that a bake can take; NaN for others.
+void addUvs(const osg::Geometry& geometry, bake::SourceMesh& mesh)
+{
+    constexpr float kLargest = 1e6F;
+    const auto* uvs = perVertex<osg::Vec2Array>(geometry.getTexCoordArray(0), mesh.positions.size());
+    if (uvs == nullptr) { return; }
+    for (const auto& triangle : mesh.triangles) {
+        auto& corners = mesh.uvs.emplace_back();
+        bool sound = true;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const osg::Vec2& uv = (*uvs)[triangle[k]];
+            corners[k] = Eigen::Vector2f(uv.x(), uv.y());
+            sound = sound && std::fabs(uv.x()) <= kLargest && std::fabs(uv.y()) <= kLargest;
+        }
+        if (!sound) { corners.fill(Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN())); }
+    }
+}
+
+bake::Rgba rgba(const osg::Vec4& color)
+{
+    const auto channel = [](float c) {
+        return static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(c, 0.0F, 1.0F)));
+    };
+    return {channel(color.r()), channel(color.g()), channel(color.b()), channel(color.a())};
+}
+bake::Rgba rgba(const osg::Vec3& color)
+{
+    return rgba(osg::Vec4(color, 1.0F));
+}
+bake::Rgba rgba(const osg::Vec4ub& color)
+{
+    return {color.r(), color.g(), color.b(), color.a()};
+}
+
+template <typename Array> void addColorsAs(const osg::Geometry& geometry, bake::SourceMesh& mesh)
+{
+    const std::size_t vertices = mesh.positions.size();
+    if (const auto* colors = perVertex<Array>(geometry.getColorArray(), vertices)) {
+        for (std::size_t v = 0; v < vertices; ++v) { mesh.colors.push_back(rgba((*colors)[v])); }
+    }
+    const auto* overall = dynamic_cast<const Array*>(geometry.getColorArray());
+    if (overall == nullptr || overall->getBinding() != osg::Array::BIND_OVERALL || overall->empty()) { return; }
+    const bake::Rgba color = rgba(overall->front());
+    if (color != bake::Rgba{255, 255, 255, 255}) { mesh.colors.assign(vertices, color); }
+}
+
 /// True if it turns the outside of surfaces in.
 bool isMirror(const osg::Matrixd& matrix)
 {
@@ -110,6 +167,10 @@ bake::SourceMesh meshOf(const osg::Geometry& geometry, const osg::Matrixd& matri
     if (isMirror(matrix)) {
         for (auto& triangle : mesh.triangles) { std::swap(triangle[1], triangle[2]); }
     }
+    addUvs(geometry, mesh);
+    addColorsAs<osg::Vec4Array>(geometry, mesh);
+    addColorsAs<osg::Vec4ubArray>(geometry, mesh);
+    addColorsAs<osg::Vec3Array>(geometry, mesh);
     return mesh;
 }
 

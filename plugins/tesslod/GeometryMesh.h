@@ -14,7 +14,8 @@ namespace osgTessLOD {
 /// nor patches, with positions of two, three or four floats or doubles: what a bake can stand for.
 bool canBeBaked(const osg::Geometry& geometry);
 
-/// The triangles of a geometry that can be baked, positions moved by `matrix`. `name` stands for a file's in messages.
+/// The triangles of a geometry that can be baked, positions moved by `matrix`, with its texture coordinates of unit 0 (two
+/// floats a vertex) and its colours, of each vertex or overall but for white. `name` stands for a file's in messages.
 bake::SourceMesh meshOf(const osg::Geometry& geometry, const osg::Matrixd& matrix, const std::string& name);
 
 } // namespace osgTessLOD

@@ -135,6 +135,12 @@ TEST(Baker, RefusesMeshesInMemoryThatAreNone)
     mesh = sound;
     mesh.positions[5].y() = std::numeric_limits<double>::quiet_NaN();
     expectRefused(mesh, "vertex 5");
+    mesh = sound;
+    mesh.uvs.resize(mesh.triangles.size() - 1);
+    expectRefused(mesh, "texture coordinates");
+    mesh = sound;
+    mesh.colors.resize(mesh.triangles.size());
+    expectRefused(mesh, "colours");
 }
 
 TEST(Baker, BakesABuiltin)

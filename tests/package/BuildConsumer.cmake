@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# cmake -P: installs BUILD_DIR below WORK_DIR, checks what lies there, builds CONSUMER_DIR against it, and runs the result.
+# cmake -P: installs BUILD_DIR below WORK_DIR, checks what lies there, builds CONSUMER_DIR and EXAMPLES_DIR against it, and runs
+# the results; the examples for three frames, if XVFB_RUN is a program.
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT status EQUAL 0)
@@ -30,4 +31,23 @@ run("${CMAKE_COMMAND}" --build "${WORK_DIR}/build")
 run("${WORK_DIR}/build/consumer" "${WORK_DIR}")
 if(WITH_BAKE)
   run("${WORK_DIR}/build/bakeConsumer")
+endif()
+
+run("${CMAKE_COMMAND}" -S "${EXAMPLES_DIR}" -B "${WORK_DIR}/examples" -G "${GENERATOR}" -DCMAKE_PREFIX_PATH=${prefix}
+    -DCMAKE_CXX_COMPILER=${CXX_COMPILER} "-DCMAKE_CXX_FLAGS=${CXX_FLAGS} -Wall -Wextra -Werror")
+run("${CMAKE_COMMAND}" --build "${WORK_DIR}/examples")
+if(WITH_BAKE AND XVFB_RUN)
+  run("${prefix}/bin/osgtesslodbake" builtin:asteroid --max-factor 8 -q -o "${WORK_DIR}/rock.tlod")
+  set(ENV{OSG_RUN_FRAME_COUNT} 3)
+  set(ENV{OSG_LIBRARY_PATH} "${prefix}/${LIBRARY_DIR}")
+  foreach(example minimal instances shadow picking)
+    execute_process(COMMAND "${XVFB_RUN}" -a "${WORK_DIR}/examples/${example}" "${WORK_DIR}/rock.tlod"
+                    RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE errors)
+    if(NOT status EQUAL 0 OR errors)
+      message(FATAL_ERROR "${example}: ${status}\n${output}${errors}")
+    endif()
+  endforeach()
+  if(NOT output MATCHES "met the surface")
+    message(FATAL_ERROR "picking: ${output}")
+  endif()
 endif()

@@ -24,7 +24,10 @@
 #include <osgDB/Registry>
 #include <osgDB/WriteFile>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
+#include <vector>
 
 namespace osgTessLOD {
 namespace {
@@ -254,6 +257,48 @@ TEST(ReaderWriterTessLOD, TakesPrimitivesAndPositionsOfAllKinds)
     homogeneous->setVertexArray(four);
     addPrimitives(*homogeneous, GL_TRIANGLES);
     expectBaked(*homogeneous, "four numbers");
+}
+
+TEST(ReaderWriterTessLOD, HandsTextureCoordinatesAndColoursOn)
+{
+    const TemporaryDirectory folder;
+    const auto bake = [&](osg::Geometry& geometry) -> std::shared_ptr<const LodAsset> {
+        EXPECT_TRUE(write(geometry, folder.file("x.tlod")).success());
+        ReadResult result = read(folder.file("x.tlod"));
+        const auto* drawable = dynamic_cast<const TessLODDrawable*>(result.getNode());
+        return drawable != nullptr ? drawable->getAsset() : std::make_shared<const LodAsset>();
+    };
+    const osg::ref_ptr<osg::Geometry> geometry = makeSphere();
+    const osg::ref_ptr<osg::Vec2Array> uvs = new osg::Vec2Array(osg::Array::BIND_PER_VERTEX);
+    for (unsigned v = 0; v < geometry->getVertexArray()->getNumElements(); ++v) {
+        uvs->push_back(
+            osg::Vec2(static_cast<float>(v % (kSide + 1)) / kSide, static_cast<float>(v / (kSide + 1)) / kSide));
+    }
+    geometry->setTexCoordArray(0, uvs);
+    const osg::ref_ptr<osg::Vec4Array> white = new osg::Vec4Array(osg::Array::BIND_OVERALL, 1);
+    white->front() = osg::Vec4(1.0F, 1.0F, 1.0F, 1.0F);
+    geometry->setColorArray(white);
+    std::shared_ptr<const LodAsset> asset = bake(*geometry);
+    EXPECT_TRUE(asset->hasUvs());
+    EXPECT_FALSE(asset->hasColors());
+
+    geometry->setTexCoordArray(0, nullptr);
+    white->front() = osg::Vec4(1.0F, 0.5F, 0.0F, 1.0F); // no longer
+    asset = bake(*geometry);
+    EXPECT_FALSE(asset->hasUvs());
+    ASSERT_TRUE(asset->hasColors());
+    for (const std::uint32_t color : asset->levels.back().colors) { EXPECT_EQ(color, 0xFF0080FFU); }
+
+    const osg::ref_ptr<osg::Vec4ubArray> two = new osg::Vec4ubArray(osg::Array::BIND_PER_VERTEX);
+    for (unsigned v = 0; v < geometry->getVertexArray()->getNumElements(); ++v) {
+        two->push_back(v / (kSide + 1) < kSide / 2 ? osg::Vec4ub(255, 0, 0, 255) : osg::Vec4ub(0, 0, 255, 255));
+    }
+    geometry->setColorArray(two);
+    asset = bake(*geometry);
+    ASSERT_TRUE(asset->hasColors());
+    const std::vector<std::uint32_t>& colors = asset->levels.back().colors;
+    EXPECT_GT(std::count(colors.begin(), colors.end(), 0xFF0000FFU), 0) << "red";
+    EXPECT_GT(std::count(colors.begin(), colors.end(), 0xFFFF0000U), 0) << "blue";
 }
 
 TEST(ReaderWriterTessLOD, BakesASharedGeometryOnce)
