@@ -110,7 +110,6 @@ TEST_P(Contexts, lostAndMadeAgain)
         osg::GraphicsContext& context = *window.viewer.getCamera()->getGraphicsContext();
         const unsigned id = context.getState()->getContextID();
         scene->releaseGLObjects(context.getState());
-        osg::discardAllDeletedGLObjects(id);
         osg::discardAllGLObjects(id);
         context.getState()->reset();
         context.close(true);
@@ -185,6 +184,9 @@ TEST_F(CompileGl, makesAllThatDrawingNeeds)
     // Compiled ahead, as a pager does it; the draw then creates neither buffers nor programs.
     const osg::ref_ptr<osg::Group> scene = new osg::Group;
     const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(makeAsset());
+    SelectionOptions options;
+    options.backend = Backend::Tessellation; // Auto would try what is faster first
+    drawable->setOptions(options);
     scene->addChild(drawable.get());
     const osg::ref_ptr<osgUtil::IncrementalCompileOperation> compiler = new osgUtil::IncrementalCompileOperation;
     compiler->addGraphicsContext(context.get());

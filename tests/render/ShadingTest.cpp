@@ -41,7 +41,8 @@ protected:
         }
         viewer.setSceneData(root.get());
         viewer.realize();
-        frame();
+        // In a context's first frame ambient colours follow glColor: OSG applies its own material only after that.
+        for (int k = 0; k < 2; ++k) { frame(); }
     }
 
     void frame()
@@ -126,13 +127,14 @@ TEST_F(Shading, thatDoesNotCompileLeavesTheRestAlone)
         const unsigned char* p = snapshot->image().data(0, 0);
         return Pixel{p[0], p[1], p[2]};
     }();
-    const Pixel usual = pixelOf(0);
+    const Pixel left = pixelOf(0);
+    const Pixel right = pixelOf(2);
     const WarningCollector warnings;
     stateOf(1).setAttribute(new SurfaceShading("vec4 tessLodShade(TessLodFragment fragment)\n{ return vec3(; }\n"));
     for (int k = 0; k < 3; ++k) { frame(); }
-    EXPECT_EQ(pixelOf(0), usual);
+    EXPECT_EQ(pixelOf(0), left);
     EXPECT_EQ(pixelOf(1), background);
-    EXPECT_EQ(pixelOf(2), usual);
+    EXPECT_EQ(pixelOf(2), right);
     EXPECT_NE(warnings.text().find("100:2"), std::string::npos) << "says in which line\n" << warnings.text();
 }
 
