@@ -15,6 +15,7 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <map>
 #include <new>
 #include <stdexcept>
 
@@ -34,15 +35,48 @@ struct Arguments {
     std::string exported;
     unsigned factor = 64;
     double creaseAngleDegrees = bake::ControlMeshOptions().creaseAngleRadians / kDegree;
+    std::vector<double> spacing;
     bool noNormals = false;
     bool quiet = false;
     bake::BakeOptions bake;
 };
 
+void declareDisplacement(CLI::App& app, Arguments& arguments)
+{
+    using Kind = bake::DisplacementOptions::Kind;
+    bake::DisplacementOptions& map = arguments.bake.displaced;
+    auto* image = app.add_option("--displacement", arguments.bake.displacement,
+                                 "image by which the source, a base mesh with texture coordinates, is displaced");
+    app.add_option("--scale", map.scale, "displacement per unit of the image; of terrain: z per unit of height")
+        ->capture_default_str();
+    app.add_option("--midlevel", map.midlevel, "value of the image that displaces nothing")
+        ->capture_default_str()
+        ->needs(image);
+    app.add_option("--vector", map.kind,
+                   "the image's channels are a vector: along tangent, bitangent and normal, or along the object's axes")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, Kind>{{"tangent", Kind::TangentVector}, {"object", Kind::ObjectVector}}))
+        ->needs(image);
+    app.add_option("--smooth", arguments.bake.smoothingSteps, "Catmull-Clark steps of a mesh, before anything else")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 8));
+}
+
+void declareTerrain(CLI::App& app, Arguments& arguments)
+{
+    bake::HeightOptions& heights = arguments.bake.heights;
+    app.add_option("--spacing", arguments.spacing, "of terrain: distance between columns and, if different, between rows")
+        ->expected(1, 2)
+        ->check(CLI::PositiveNumber);
+    app.add_option("--void", heights.voidValue, "of terrain: height that means no data");
+    app.add_option("--fill-voids", heights.largestFilledVoid, "of terrain: fill voids of up to so many samples")
+        ->capture_default_str();
+}
+
 void declareArguments(CLI::App& app, Arguments& arguments)
 {
     app.add_option("source", arguments.source,
-                   "PLY, OBJ, OFF or STL file, or builtin:NAME with NAME one of " +
+                   "mesh (PLY, OBJ, OFF, STL), terrain (PNG, TIFF, GeoTIFF, EXR, HGT), or builtin:NAME with NAME one of " +
                        fmt::format("{}", fmt::join(bake::builtinSurfaceNames(), ", ")));
     app.add_option("-o,--output", arguments.output, "file to write: .tlod of a bake, .ply of --export");
     app.add_option("--report", arguments.report, "write seconds, peak memory and error per stage and level as JSON");
@@ -56,6 +90,8 @@ void declareArguments(CLI::App& app, Arguments& arguments)
                    "with --base: how far its texture coordinates may be from all of the source's")
         ->capture_default_str()
         ->check(CLI::NonNegativeNumber);
+    declareDisplacement(app, arguments);
+    declareTerrain(app, arguments);
     app.add_option("--patch-tolerance", arguments.bake.patchTolerance,
                    "bisect patches of a mesh until their finest level is about this near, as a part of the diagonal")
         ->capture_default_str()
@@ -91,6 +127,10 @@ void bakeToFile(Arguments& arguments)
     if (arguments.output.empty()) { throw AssetError("where to write is not said: -o FILE.tlod"); }
     arguments.bake.controlMesh.creaseAngleRadians = arguments.creaseAngleDegrees * kDegree;
     arguments.bake.normals = !arguments.noNormals;
+    arguments.bake.heights.scale = arguments.bake.displaced.scale;
+    if (!arguments.spacing.empty()) {
+        arguments.bake.heights.spacing = {{arguments.spacing.front(), arguments.spacing.back()}};
+    }
     ConsoleProgress progress(arguments.quiet);
     bake::BakeReport report;
     const LodAsset asset = bake::bakeSource(arguments.source, arguments.bake, progress, report);

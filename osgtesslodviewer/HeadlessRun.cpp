@@ -133,13 +133,19 @@ void setUpCamera(osgViewer::Viewer& viewer, osg::GraphicsContext& context, const
     }
 }
 
-/// Throws std::runtime_error if there is none in the file.
+/// Rows of eight numbers: time, place, rotation. Throws std::runtime_error if the file has anything else:
+/// osg::AnimationPath::read() would not come back from it.
 osg::ref_ptr<osg::AnimationPath> readPath(const std::string& fileName)
 {
     osgDB::ifstream file(fileName.c_str());
     osg::ref_ptr<osg::AnimationPath> path = new osg::AnimationPath;
-    path->read(file);
-    if (path->empty()) { throw std::runtime_error(fileName + ": no animation path can be read from it"); }
+    double time = 0.0;
+    osg::Vec3d place;
+    osg::Quat rotation;
+    while (file >> time >> place.x() >> place.y() >> place.z() >> rotation.x() >> rotation.y() >> rotation.z() >> rotation.w()) {
+        path->insert(time, osg::AnimationPath::ControlPoint(place, rotation));
+    }
+    if (path->empty() || !file.eof()) { throw std::runtime_error(fileName + ": no animation path can be read from it"); }
     return path;
 }
 

@@ -10,6 +10,7 @@
 #include <osgTessLOD/bake/PatchChart.h>
 #include <osgTessLOD/bake/RefinedPatches.h>
 #include <osgTessLOD/bake/SharedUvMap.h>
+#include <osgTessLOD/bake/TerrainMap.h>
 #include <osgTessLOD/bake/UniformLevels.h>
 
 #include <fmt/format.h>
@@ -93,34 +94,36 @@ void checkLevels(const BakeOptions& options)
     }
 }
 
-SourceMesh readSource(const std::string& path, Progress& progress, BakeReport& report)
+/// `work` as a stage of one step.
+template <typename Work>
+auto inOneStep(const std::string& stage, const std::string& unit, Progress& progress, BakeReport& report, Work&& work)
 {
-    progress.begin("import", 1, "file");
-    SourceMesh mesh = timed(report, "import", [&] { return importMesh(path); });
+    progress.begin(stage, 1, unit);
+    auto result = timed(report, stage, work);
     progress.step(1);
     progress.end();
-    return mesh;
+    return result;
 }
 
-/// Into the working frame, too.
+/// In its own space.
 void clean(SourceMesh& mesh, Progress& progress, BakeReport& report)
 {
-    progress.begin("clean", 1, "mesh");
-    report.cleaning = timed(report, "clean", [&] { return cleanMesh(mesh); });
-    normalizeFrame(mesh);
-    progress.step(1);
-    progress.end();
+    report.cleaning = inOneStep("clean", "mesh", progress, report, [&] { return cleanMesh(mesh); });
+    report.isMesh = true;
 }
 
-/// A map from patches to a mesh, and that mesh to measure charts against.
-struct MeshMap {
+/// A surface in patches, and what it is made of.
+struct MappedSource {
     std::unique_ptr<PatchMap> map;
-    const SourceMesh* source = nullptr;     ///< the map's own
+    const SourceMesh* source = nullptr;     ///< the map's own, to measure charts against; null: charts are the reference
     const SourceSamples* samples = nullptr; ///< the map's own
+    unsigned finestFactor = 64;             ///< a larger one shows nothing more
 };
 
-MeshMap makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
+/// `mesh` is clean.
+MappedSource makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
+    normalizeFrame(mesh);
     auto controlMesh = timed(report, "control mesh", [&] {
         return std::make_unique<ControlMesh>(std::move(mesh), options.controlMesh, progress);
     });
@@ -132,9 +135,10 @@ MeshMap makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progress& p
     return {std::move(patches), &source, &samples};
 }
 
-MeshMap makeSharedUvPatches(SourceMesh mesh, const BakeOptions& options, BakeReport& report)
+MappedSource makeSharedUvPatches(SourceMesh mesh, const BakeOptions& options, BakeReport& report)
 {
     return timed(report, "shared texture coordinates", [&] {
+        normalizeFrame(mesh);
         SourceMesh coarse = importMesh(options.base);
         cleanMesh(coarse);
         SharedUvOptions sharing;
@@ -143,8 +147,76 @@ MeshMap makeSharedUvPatches(SourceMesh mesh, const BakeOptions& options, BakeRep
         auto shared = std::make_unique<SharedUvMap>(std::move(coarse), std::move(mesh), sharing);
         const SourceMesh& source = shared->source();
         const SourceSamples& samples = shared->sourceSamples();
-        return MeshMap{std::move(shared), &source, &samples};
+        return MappedSource{std::move(shared), &source, &samples};
     });
+}
+
+MappedSource makeDisplacedPatches(const SourceMesh& mesh, const BakeOptions& options, BakeReport& report)
+{
+    return timed(report, "displacement", [&] {
+        const unsigned channels = options.displaced.kind == DisplacementOptions::Kind::Scalar ? 1 : 3;
+        auto map = std::make_unique<DisplacedMap>(mesh, DisplacementImage::read(options.displacement, channels),
+                                                  options.displaced);
+        const unsigned finest = map->finestFactor();
+        return MappedSource{std::move(map), nullptr, nullptr, finest};
+    });
+}
+
+MappedSource mapMesh(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    clean(mesh, progress, report);
+    if (!options.displacement.empty()) { return makeDisplacedPatches(mesh, options, report); }
+    return options.base.empty() ? makeMeshPatches(std::move(mesh), options, progress, report)
+                                : makeSharedUvPatches(std::move(mesh), options, report);
+}
+
+/// Terrain without voids keeps the vertical projection as its map; with voids it is a mesh with holes.
+MappedSource mapTerrain(const std::string& path, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    HeightField field = inOneStep("import", "file", progress, report, [&] { return readHeightField(path, options.heights); });
+    report.filledVoids = timed(report, "voids", [&] { return fillVoids(field, options.heights.largestFilledVoid); });
+    report.voids = field.voids();
+    if (report.voids > 0) {
+        SourceMesh mesh = triangulate(field);
+        clean(mesh, progress, report);
+        return makeMeshPatches(std::move(mesh), options, progress, report);
+    }
+    auto terrain = timed(report, "terrain", [&] {
+        return std::make_unique<TerrainMap>(std::move(field), options.maxFactor, options.patchTolerance, progress);
+    });
+    const SourceMesh& source = terrain->source();
+    const SourceSamples& samples = terrain->sourceSamples();
+    return {std::move(terrain), &source, &samples};
+}
+
+bool isBuiltin(const std::string& source)
+{
+    return source.rfind(kBuiltinPrefix, 0) == 0;
+}
+
+/// Throws where options do not go together with the source or each other.
+void checkSource(const std::string& source, const BakeOptions& options)
+{
+    if ((isBuiltin(source) || isHeightFile(source)) &&
+        (!options.base.empty() || !options.displacement.empty() || options.smoothingSteps > 0)) {
+        throw AssetError(source + ": only meshes have base meshes, displacement maps and smoothing");
+    }
+    if (!options.base.empty() && !options.displacement.empty()) {
+        throw AssetError("with a displacement map the source itself is the base mesh");
+    }
+}
+
+MappedSource mapSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    checkSource(source, options);
+    if (isBuiltin(source)) {
+        return {makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles)};
+    }
+    if (isHeightFile(source)) { return mapTerrain(source, options, progress, report); }
+    SourceMesh mesh = inOneStep("import", "file", progress, report, [&] {
+        return options.smoothingSteps > 0 ? importSmoothedMesh(source, options.smoothingSteps) : importMesh(source);
+    });
+    return mapMesh(std::move(mesh), options, progress, report);
 }
 
 void checkTolerance(const BakeOptions& options)
@@ -162,15 +234,16 @@ double largestChartError(const LodAsset& asset)
     return static_cast<double>(largest);
 }
 
-/// Charts and levels of a surface, which need not be made of a mesh.
-PatchedSurface levelsOf(MeshMap mapped, const BakeOptions& options, Progress& progress, BakeReport& report)
+/// Charts and levels of a surface.
+PatchedSurface levelsOf(MappedSource mapped, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
-    const std::vector<std::uint16_t> ladder = ladderOf(options);
+    BakeOptions adapted = options;
+    if (options.ladder.empty()) { adapted.maxFactor = std::min(options.maxFactor, mapped.finestFactor); }
+    const std::vector<std::uint16_t> ladder = ladderOf(adapted);
     PatchedSurface surface;
     surface.map = std::move(mapped.map);
-    report.isMesh = mapped.source != nullptr;
     surface.charts = timed(report, "charts", [&] {
-        return makeCharts(*surface.map, kReferenceOversampling * options.maxFactor, progress);
+        return makeCharts(*surface.map, kReferenceOversampling * adapted.maxFactor, progress);
     });
     if (mapped.source != nullptr) {
         timed(report, "chart distance",
@@ -183,14 +256,6 @@ PatchedSurface levelsOf(MeshMap mapped, const BakeOptions& options, Progress& pr
                    : makeUniformLevels(topology, surface.charts, ladder, progress);
     });
     return surface;
-}
-
-PatchedSurface levelsOf(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
-{
-    clean(mesh, progress, report);
-    MeshMap mapped = options.base.empty() ? makeMeshPatches(std::move(mesh), options, progress, report)
-                                          : makeSharedUvPatches(std::move(mesh), options, report);
-    return levelsOf(std::move(mapped), options, progress, report);
 }
 
 /// Errors, lattice, attributes and normals of the surface that `make` makes of the source of this name.
@@ -249,12 +314,7 @@ const std::vector<std::string>& techniqueNames()
 PatchedSurface makeLevels(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
     checkLevels(options);
-    if (source.rfind(kBuiltinPrefix, 0) == 0) {
-        if (!options.base.empty()) { throw AssetError("a built-in surface has its own base mesh"); }
-        auto map = makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles);
-        return levelsOf(MeshMap{std::move(map)}, options, progress, report);
-    }
-    return levelsOf(readSource(source, progress, report), options, progress, report);
+    return levelsOf(mapSource(source, options, progress, report), options, progress, report);
 }
 
 LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
@@ -269,7 +329,7 @@ LodAsset bakeMesh(SourceMesh mesh, const BakeOptions& options, Progress& progres
     return bakeSurface(name, options, progress, report, [&] {
         checkLevels(options);
         checkMesh(mesh);
-        return levelsOf(std::move(mesh), options, progress, report);
+        return levelsOf(mapMesh(std::move(mesh), options, progress, report), options, progress, report);
     });
 }
 
@@ -291,8 +351,9 @@ std::string BakeReport::toJson() const
                             {"boundary_edges", cleaning.boundaryEdges},
                             {"components", cleaning.components},
                             {"faces_without_uvs", cleaning.facesWithoutUvs}};
-        json["largest_chart_error"] = largestChartError;
     }
+    if (voids + filledVoids > 0) { json["voids"] = {{"filled", filledVoids}, {"left_open", voids}}; }
+    if (largestChartError > 0.0) { json["largest_chart_error"] = largestChartError; }
     for (const AssetSummary::Level& level : stored.levels) {
         json["levels"].push_back({{"factor", level.factor},
                                   {"patches", level.patches},

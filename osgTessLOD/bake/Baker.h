@@ -5,6 +5,8 @@
 #include <osgTessLOD/asset/AssetSummary.h>
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/bake/ControlMesh.h>
+#include <osgTessLOD/bake/DisplacedMap.h>
+#include <osgTessLOD/bake/HeightField.h>
 #include <osgTessLOD/bake/LevelHierarchy.h>
 #include <osgTessLOD/bake/PatchChart.h>
 #include <osgTessLOD/bake/PatchMap.h>
@@ -27,6 +29,12 @@ struct BakeOptions {
     /// (SharedUvMap). Empty: patches are made of the source.
     std::string base;
     double uvTolerance = 0.02;              ///< with `base`: SharedUvOptions::tolerance
+    /// Displacement map (image file) of a mesh source, which is then a base mesh with texture coordinates: every triangle
+    /// a patch, of a finest factor no larger than the map's texels need (DisplacedMap). Empty: none.
+    std::string displacement;
+    DisplacementOptions displaced;          ///< what the map's numbers mean
+    unsigned smoothingSteps = 0;            ///< Catmull–Clark steps of a mesh source, before anything else
+    HeightOptions heights;                  ///< for a height image as source (isHeightFile)
     /// Patches of a mesh are bisected until their finest level is estimated to be this near, in units of the model's size.
     double patchTolerance = 0.0007;
     /// No finer level of a patch is stored once its distance from the reference is at most this, in units of the model's
@@ -52,11 +60,13 @@ struct BakeReport {
     };
     std::string source;
     std::uint64_t sourceTriangles = 0;
-    bool isMesh = false;                    ///< read from a file, so that `cleaning` and `largestChartError` mean something
+    bool isMesh = false;                    ///< made of a mesh, so that `cleaning` means something
     CleaningReport cleaning;
+    std::uint64_t filledVoids = 0;          ///< samples of a height field without data, filled
+    std::uint64_t voids = 0;                ///< and those left open
     std::uint64_t patches = 0;
     double diagonal = 0.0;                  ///< of the source's bounding box, source units
-    double largestChartError = 0.0;         ///< source units
+    double largestChartError = 0.0;         ///< source units; 0 where the charts are the reference
     bool hasUvs = false;
     double uvStep = 0.0;                    ///< between texture coordinates that can be stored
     AssetSummary stored;

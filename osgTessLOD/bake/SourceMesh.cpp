@@ -6,6 +6,7 @@
 #include <osgTessLOD/bake/SourceMesh.h>
 
 #include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/bake/CatmullClark.h>
 #include <osgTessLOD/bake/MeshReader.h>
 
 #include <Eigen/Geometry>
@@ -28,6 +29,8 @@ using Triangle = std::array<std::uint32_t, 3>;
 using Triangles = std::vector<Triangle>;
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+/// Corners that another step of smoothing makes faces of: what fits the memory of ordinary machines.
+constexpr std::size_t kMostSmoothedCorners = 50'000'000;
 constexpr double kMaxCoordinate = 1e150; // its square, and sums of a few, stay finite
 
 // ------------------------------------------------------------------------------------------------------- import ---
@@ -469,26 +472,52 @@ std::uint64_t countBoundaryEdges(const Triangles& triangles, const Links& links)
     return boundary;
 }
 
-} // namespace
-
-SourceMesh importMesh(const std::string& path)
+/// What `fill` makes of the content of a mesh file; its errors name the file.
+template <typename Fill> SourceMesh importWith(const std::string& path, const Fill& fill)
 {
     try {
         RawMesh raw = parseByExtension(path);
         checkElements(raw.positions, raw.triangles);
-        improveQuads(raw);
         SourceMesh mesh;
         mesh.name = path;
-        mesh.uvs = cornerUvs(raw);
-        mesh.positions = std::move(raw.positions);
-        mesh.triangles = std::move(raw.triangles);
-        mesh.colors = std::move(raw.colors);
+        fill(std::move(raw), mesh);
         return mesh;
     } catch (const AssetError& error) {
         throw AssetError(path + ": " + error.what());
     } catch (const std::bad_alloc&) {
         throw AssetError(path + ": not enough memory");
     }
+}
+
+} // namespace
+
+SourceMesh importMesh(const std::string& path)
+{
+    return importWith(path, [](RawMesh raw, SourceMesh& mesh) {
+        improveQuads(raw);
+        mesh.uvs = cornerUvs(raw);
+        mesh.positions = std::move(raw.positions);
+        mesh.triangles = std::move(raw.triangles);
+        mesh.colors = std::move(raw.colors);
+    });
+}
+
+SourceMesh importSmoothedMesh(const std::string& path, unsigned steps)
+{
+    return importWith(path, [&](const RawMesh& raw, SourceMesh& mesh) {
+        PolygonMesh polygons = polygonsOf(raw, cornerUvs(raw));
+        if (polygons.faceCount() == 0) { throw AssetError("no face has an area"); }
+        for (unsigned step = 0; step < steps; ++step) {
+            if (polygons.corners.size() > kMostSmoothedCorners) {
+                throw AssetError("smoothed so often it has more than " + std::to_string(kMostSmoothedCorners) + " faces");
+            }
+            polygons = subdivideCatmullClark(polygons);
+        }
+        TriangulatedPolygons triangulated = triangulate(polygons);
+        mesh.positions = std::move(polygons.positions);
+        mesh.triangles = std::move(triangulated.triangles);
+        mesh.uvs = std::move(triangulated.uvs);
+    });
 }
 
 void checkMesh(const SourceMesh& mesh)

@@ -55,6 +55,10 @@ struct CleaningReport {
 /// a vertex of an OBJ file without is white where others have one.
 OSGTESSLOD_EXPORT SourceMesh importMesh(const std::string& path);
 
+/// The same mesh, of polygons, after `steps` Catmull–Clark steps (subdivideCatmullClark). Vertices of equal position are one,
+/// colours are left out. Throws likewise, and for more faces than fit into memory.
+OSGTESSLOD_EXPORT SourceMesh importSmoothedMesh(const std::string& path, unsigned steps);
+
 /// Throws AssetError naming mesh.name and the fault: no vertices or faces, a coordinate that is not finite or beyond what can
 /// be squared in double, an index out of range. What importMesh() returns has been checked.
 OSGTESSLOD_EXPORT void checkMesh(const SourceMesh& mesh);
