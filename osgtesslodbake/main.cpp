@@ -15,6 +15,7 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <filesystem>
 #include <new>
 #include <stdexcept>
 
@@ -32,6 +33,7 @@ struct Arguments {
     std::string info;
     std::string check;
     std::string exported;
+    std::string colorImage;
     unsigned factor = 64;
     double creaseAngleDegrees = bake::ControlMeshOptions().creaseAngleRadians / kDegree;
     bool noNormals = false;
@@ -50,6 +52,8 @@ void declareArguments(CLI::App& app, Arguments& arguments)
         ->capture_default_str();
     app.add_option("--patches", arguments.bake.controlMesh.patches, "patches to make of a mesh; 0: by its size")
         ->capture_default_str();
+    app.add_option("--color-image", arguments.colorImage,
+                   "image file of the surface's colour by its texture coordinates, which the asset will name");
     app.add_option("--base", arguments.bake.base,
                    "coarse mesh file with the same texture coordinates, whose triangles become the patches");
     app.add_option("--uv-tolerance", arguments.bake.uvTolerance,
@@ -86,6 +90,15 @@ void declareArguments(CLI::App& app, Arguments& arguments)
     check->excludes(exported);
 }
 
+/// The image as seen from the folder of the asset's file.
+void nameColorImage(const Arguments& arguments, LodAsset& asset)
+{
+    if (arguments.colorImage.empty()) { return; }
+    if (!asset.hasUvs()) { throw AssetError(arguments.source + ": no texture coordinates for a colour image"); }
+    const auto folder = std::filesystem::absolute(arguments.output).parent_path();
+    asset.colorImage = std::filesystem::proximate(std::filesystem::absolute(arguments.colorImage), folder).generic_string();
+}
+
 void bakeToFile(Arguments& arguments)
 {
     if (arguments.output.empty()) { throw AssetError("where to write is not said: -o FILE.tlod"); }
@@ -93,7 +106,8 @@ void bakeToFile(Arguments& arguments)
     arguments.bake.normals = !arguments.noNormals;
     ConsoleProgress progress(arguments.quiet);
     bake::BakeReport report;
-    const LodAsset asset = bake::bakeSource(arguments.source, arguments.bake, progress, report);
+    LodAsset asset = bake::bakeSource(arguments.source, arguments.bake, progress, report);
+    nameColorImage(arguments, asset);
     writeTlod(arguments.output, asset);
     if (!arguments.report.empty()) {
         AtomicFile file(arguments.report);
