@@ -37,6 +37,7 @@ struct Arguments {
     unsigned factor = 64;
     double creaseAngleDegrees = bake::ControlMeshOptions().creaseAngleRadians / kDegree;
     bool noNormals = false;
+    bool noUvs = false;
     bool quiet = false;
     bake::BakeOptions bake;
 };
@@ -81,6 +82,7 @@ void declareArguments(CLI::App& app, Arguments& arguments)
         ->capture_default_str();
     app.add_option("--threads", arguments.bake.threads, "threads to use; 0: all processors")->capture_default_str();
     app.add_flag("--no-normals", arguments.noNormals, "store no normal texture");
+    app.add_flag("--no-uvs", arguments.noUvs, "leave texture coordinates out, and do without their seams");
     app.add_flag("-q,--quiet", arguments.quiet, "show no progress");
     auto* info = app.add_option("--info", arguments.info, "print what is in this .tlod file as JSON");
     auto* check = app.add_option("--check", arguments.check, "tell whether this .tlod file is sound");
@@ -104,6 +106,7 @@ void bakeToFile(Arguments& arguments)
     if (arguments.output.empty()) { throw AssetError("where to write is not said: -o FILE.tlod"); }
     arguments.bake.controlMesh.creaseAngleRadians = arguments.creaseAngleDegrees * kDegree;
     arguments.bake.normals = !arguments.noNormals;
+    arguments.bake.uvs = !arguments.noUvs;
     ConsoleProgress progress(arguments.quiet);
     bake::BakeReport report;
     LodAsset asset = bake::bakeSource(arguments.source, arguments.bake, progress, report);
