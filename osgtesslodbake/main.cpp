@@ -15,6 +15,7 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <new>
 #include <stdexcept>
@@ -33,10 +34,12 @@ struct Arguments {
     std::string info;
     std::string check;
     std::string exported;
+    std::string colorImage;
     unsigned factor = 64;
     double creaseAngleDegrees = bake::ControlMeshOptions().creaseAngleRadians / kDegree;
     std::vector<double> spacing;
     bool noNormals = false;
+    bool noUvs = false;
     bool quiet = false;
     bake::BakeOptions bake;
 };
@@ -84,6 +87,8 @@ void declareArguments(CLI::App& app, Arguments& arguments)
         ->capture_default_str();
     app.add_option("--patches", arguments.bake.controlMesh.patches, "patches to make of a mesh; 0: by its size")
         ->capture_default_str();
+    app.add_option("--color-image", arguments.colorImage,
+                   "image file of the surface's colour by its texture coordinates, which the asset will name");
     app.add_option("--base", arguments.bake.base,
                    "coarse mesh file with the same texture coordinates, whose triangles become the patches");
     app.add_option("--uv-tolerance", arguments.bake.uvTolerance,
@@ -113,6 +118,7 @@ void declareArguments(CLI::App& app, Arguments& arguments)
         ->capture_default_str();
     app.add_option("--threads", arguments.bake.threads, "threads to use; 0: all processors")->capture_default_str();
     app.add_flag("--no-normals", arguments.noNormals, "store no normal texture");
+    app.add_flag("--no-uvs", arguments.noUvs, "leave texture coordinates out, and do without their seams");
     app.add_flag("-q,--quiet", arguments.quiet, "show no progress");
     auto* info = app.add_option("--info", arguments.info, "print what is in this .tlod file as JSON");
     auto* check = app.add_option("--check", arguments.check, "tell whether this .tlod file is sound");
@@ -120,6 +126,15 @@ void declareArguments(CLI::App& app, Arguments& arguments)
     app.add_option("--factor", arguments.factor, "level to export")->capture_default_str()->needs(exported);
     info->excludes(check)->excludes(exported);
     check->excludes(exported);
+}
+
+/// The image as seen from the folder of the asset's file.
+void nameColorImage(const Arguments& arguments, LodAsset& asset)
+{
+    if (arguments.colorImage.empty()) { return; }
+    if (!asset.hasUvs()) { throw AssetError(arguments.source + ": no texture coordinates for a colour image"); }
+    const auto folder = std::filesystem::absolute(arguments.output).parent_path();
+    asset.colorImage = std::filesystem::proximate(std::filesystem::absolute(arguments.colorImage), folder).generic_string();
 }
 
 void bakeToFile(Arguments& arguments)
@@ -131,9 +146,11 @@ void bakeToFile(Arguments& arguments)
     if (!arguments.spacing.empty()) {
         arguments.bake.heights.spacing = {{arguments.spacing.front(), arguments.spacing.back()}};
     }
+    arguments.bake.uvs = !arguments.noUvs;
     ConsoleProgress progress(arguments.quiet);
     bake::BakeReport report;
-    const LodAsset asset = bake::bakeSource(arguments.source, arguments.bake, progress, report);
+    LodAsset asset = bake::bakeSource(arguments.source, arguments.bake, progress, report);
+    nameColorImage(arguments, asset);
     writeTlod(arguments.output, asset);
     if (!arguments.report.empty()) {
         AtomicFile file(arguments.report);

@@ -2,6 +2,7 @@
 #include <osgTessLOD/bake/Baker.h>
 
 #include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/bake/AssetAssembler.h>
 #include <osgTessLOD/bake/AttributeLevels.h>
 #include <osgTessLOD/bake/BuiltinSurface.h>
@@ -34,8 +35,7 @@ constexpr char kBuiltinPrefix[] = "builtin:";
 constexpr unsigned kReferenceOversampling = 2;
 
 /// Adds the seconds that `work` takes to the report.
-template <typename Work>
-auto timed(BakeReport& report, const std::string& name, Work&& work)
+template <typename Work> auto timed(BakeReport& report, const std::string& name, Work&& work)
 {
     struct Timer {
         BakeReport& report;
@@ -63,7 +63,9 @@ std::vector<std::uint16_t> powerOfTwoLadder(unsigned maxFactor)
         throw AssetError("the largest factor must be a power of two up to 64, not " + std::to_string(maxFactor));
     }
     std::vector<std::uint16_t> ladder;
-    for (unsigned factor = 1; factor <= maxFactor; factor *= 2) { ladder.push_back(static_cast<std::uint16_t>(factor)); }
+    for (unsigned factor = 1; factor <= maxFactor; factor *= 2) {
+        ladder.push_back(static_cast<std::uint16_t>(factor));
+    }
     return ladder;
 }
 
@@ -73,9 +75,11 @@ std::vector<std::uint16_t> ladderOf(const BakeOptions& options)
     const auto& ladder = options.ladder;
     if (ladder.empty()) { return powersOfTwo; }
     const auto isBad = [](std::uint16_t factor) { return factor != 1 && (factor == 0 || factor % 2 != 0); };
-    if (ladder.front() != 1 || std::any_of(ladder.begin(), ladder.end(), isBad) || ladder.size() > LodAsset::kMaxLevels ||
+    if (ladder.front() != 1 || std::any_of(ladder.begin(), ladder.end(), isBad) ||
+        ladder.size() > LodAsset::kMaxLevels ||
         std::adjacent_find(ladder.begin(), ladder.end(), std::greater_equal<>()) != ladder.end()) {
-        throw AssetError("the factors of levels must be 1 and even ones, rising, and at most " + std::to_string(LodAsset::kMaxLevels));
+        throw AssetError("the factors of levels must be 1 and even ones, rising, and at most " +
+                         std::to_string(LodAsset::kMaxLevels));
     }
     if (ladder.back() != options.maxFactor) { throw AssetError("the last level's factor must be the largest factor"); }
     if (options.technique == "uniform" && ladder != powersOfTwo) {
@@ -120,6 +124,27 @@ struct MappedSource {
     unsigned finestFactor = 64;             ///< a larger one shows nothing more
 };
 
+/// Refuses texture coordinates in so many pieces that the charts of the patches between their seams would not fit into memory.
+void checkSeams(const ControlMesh& mesh, const BakeOptions& options)
+{
+    constexpr double kMostBytes = 8e9;
+    constexpr double kMostGrowth = 4.0; // beyond it, it is seams that are to blame
+    constexpr double kVertexBytes = sizeof(Eigen::Vector3d) + sizeof(Eigen::Vector3f) + sizeof(Eigen::Vector2f);
+    if (!mesh.attributes().uvs) { return; }
+    const auto triangles = static_cast<double>(mesh.sourceTriangles());
+    const double wanted = options.controlMesh.patches != 0 ? static_cast<double>(options.controlMesh.patches)
+                                                           : triangles / options.controlMesh.trianglesPerPatch;
+    const auto patches = static_cast<double>(mesh.topology().patches.size());
+    const double bytes =
+        patches * TessellationPattern::vertexCount(kReferenceOversampling * options.maxFactor) * kVertexBytes;
+    if (patches <= kMostGrowth * std::max(wanted, 1.0) || bytes <= kMostBytes) { return; }
+    throw AssetError(
+        fmt::format("{}: the seams of its texture coordinates leave no fewer than {} patches, whose charts would "
+                    "take {:.0f} GB: bake with a smaller largest factor or without texture coordinates, or unwrap "
+                    "it into fewer pieces",
+                    mesh.name(), mesh.topology().patches.size(), bytes / 1e9));
+}
+
 /// `mesh` is clean.
 MappedSource makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
@@ -127,8 +152,10 @@ MappedSource makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progre
     auto controlMesh = timed(report, "control mesh", [&] {
         return std::make_unique<ControlMesh>(std::move(mesh), options.controlMesh, progress);
     });
+    checkSeams(*controlMesh, options);
     auto patches = timed(report, "refine patches", [&] {
-        return std::make_unique<RefinedPatches>(std::move(controlMesh), options.maxFactor, options.patchTolerance, progress);
+        return std::make_unique<RefinedPatches>(std::move(controlMesh), options.maxFactor, options.patchTolerance,
+                                                progress);
     });
     const SourceMesh& source = patches->base().source();
     const SourceSamples& samples = patches->sourceSamples();
@@ -165,6 +192,7 @@ MappedSource makeDisplacedPatches(const SourceMesh& mesh, const BakeOptions& opt
 MappedSource mapMesh(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
     clean(mesh, progress, report);
+    if (!options.uvs && options.displacement.empty()) { mesh.uvs.clear(); }
     if (!options.displacement.empty()) { return makeDisplacedPatches(mesh, options, report); }
     return options.base.empty() ? makeMeshPatches(std::move(mesh), options, progress, report)
                                 : makeSharedUvPatches(std::move(mesh), options, report);
@@ -265,18 +293,17 @@ LodAsset bakeSurface(const std::string& source, const BakeOptions& options, Prog
 {
     checkTolerance(options);
     const auto start = std::chrono::steady_clock::now();
-    const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
-                                      options.threads != 0 ? options.threads
-                                                           : static_cast<std::size_t>(tbb::info::default_concurrency()));
+    const tbb::global_control threads(
+        tbb::global_control::max_allowed_parallelism,
+        options.threads != 0 ? options.threads : static_cast<std::size_t>(tbb::info::default_concurrency()));
     PatchedSurface surface = make();
     LodAsset asset = timed(report, "errors", [&] {
         return assembleAsset(*surface.map, surface.charts, surface.hierarchy, options.tolerance, progress);
     });
     const SurfaceAttributes& attributes = surface.map->attributes();
     if (attributes.uvs || attributes.colors) {
-        timed(report, "attributes", [&] {
-            addAttributes(surface.map->topology(), surface.charts, surface.hierarchy, asset, progress);
-        });
+        timed(report, "attributes",
+              [&] { addAttributes(surface.map->topology(), surface.charts, surface.hierarchy, asset, progress); });
     }
     asset.technique = options.technique;
     asset.source = source.substr(source.find_last_of('/') + 1);

@@ -46,6 +46,7 @@ struct BakeOptions {
     /// Rising factors of the levels, 1 and even ones, the last one maxFactor; empty: powers of two. `strips` only.
     std::vector<std::uint16_t> ladder;
     bool normals = true;
+    bool uvs = true;                        ///< bake a mesh's texture coordinates, whose seams become borders of patches
     unsigned threads = 0;                   ///< 0: all processors; the result does not depend on it
 };
 

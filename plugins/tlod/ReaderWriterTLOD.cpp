@@ -7,8 +7,10 @@
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <plugins/PluginOptions.h>
 
+#include <osg/Texture2D>
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
+#include <osgDB/ReadFile>
 #include <osgDB/Registry>
 
 #include <exception>
@@ -22,6 +24,23 @@ namespace osgTessLOD {
 
 namespace {
 
+/// Makes the asset's colour image, which lies where the file `path` does, the texture of unit 0. A warning if it cannot be read.
+void addColorTexture(TessLODDrawable& drawable, const std::string& path, const osgDB::Options* options)
+{
+    const std::string& image = drawable.getAsset()->colorImage;
+    if (image.empty() || isOptionSet(options, kNoTextures)) { return; }
+    const std::string name = path.empty() ? image : osgDB::concatPaths(osgDB::getFilePath(path), image);
+    const osg::ref_ptr<osg::Image> read = osgDB::readRefImageFile(name, options);
+    if (!read) {
+        OSG_WARN << "osgTessLOD: " << path << ": its colour image " << name << " cannot be read" << std::endl;
+        return;
+    }
+    const osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D(read);
+    texture->setWrap(osg::Texture::WRAP_S, osg::Texture::REPEAT);
+    texture->setWrap(osg::Texture::WRAP_T, osg::Texture::REPEAT);
+    drawable.getOrCreateStateSet()->setTextureAttributeAndModes(0, texture);
+}
+
 /// `path` is empty for an asset that is not from a file.
 osg::ref_ptr<osg::Node> makeNode(LodAsset asset, const std::string& path, const osgDB::Options* options)
 {
@@ -33,6 +52,7 @@ osg::ref_ptr<osg::Node> makeNode(LodAsset asset, const std::string& path, const 
     drawable->setOptions(selection);
     drawable->setName(osgDB::getSimpleFileName(path));
     if (!path.empty()) { drawable->setFileName(std::filesystem::absolute(path).lexically_normal().string()); }
+    addColorTexture(*drawable, path, options);
     return placeAtOrigin(*drawable);
 }
 
@@ -84,7 +104,7 @@ public:
         for (const SelectionOption& option : selectionOptionTable()) {
             supportsOption(std::string(option.name) + "=" + option.values, option.purpose);
         }
-        supportsOption(kNoTextures, "Leave the normal textures out");
+        supportsOption(kNoTextures, "Leave the textures of normals and the colour image out");
         supportsOption(std::string(kTechnique) + "=" + kTechniqueValues, kTechniquePurpose);
         supportsOption(std::string(kTolerance) + "=" + kToleranceValues, kTolerancePurpose);
         supportsOption(std::string(kAssetHint) + "=" + kAssetHintValues,

@@ -2,6 +2,7 @@
 // Texture coordinates and colours through the bake: seams become borders, levels have what the charts have.
 #include <bake/ProceduralMeshes.h>
 
+#include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/bake/AssetAssembler.h>
@@ -367,6 +368,36 @@ TEST(Attributes, OfAFileAreTheSameBytesWhateverTheThreads)
         if (first.empty()) { first = stream.str(); }
         EXPECT_EQ(stream.str(), first);
     }
+}
+
+TEST(Attributes, InTooManyPiecesAreRefusedOrLeftOut)
+{
+    // Every quad by itself, no vertex to collapse: 18,000 patches, at factor 64 each with a chart of 12,481 vertices.
+    const TemporaryDirectory folder;
+    SourceMesh mesh = torus(150, 60);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto u = static_cast<float>(t / 2);
+        mesh.uvs.push_back({Vector2f(u, 0.0F), Vector2f(u + 0.5F, t % 2 == 0 ? 0.0F : 1.0F),
+                            Vector2f(t % 2 == 0 ? u + 0.5F : u, 1.0F)});
+    }
+    const std::string path = writeObj(folder, mesh);
+    BakeOptions options;
+    Progress progress;
+    BakeReport report;
+    try {
+        bakeSource(path, options, progress, report);
+        FAIL();
+    } catch (const AssetError& error) {
+        const std::string what = error.what();
+        EXPECT_NE(what.find("textured.obj: the seams of its texture coordinates leave no fewer than 18000 patches"),
+                  std::string::npos)
+            << what;
+    }
+    options.uvs = false;
+    options.maxFactor = 4;
+    options.technique = "uniform";
+    options.patchTolerance = 0.05;
+    EXPECT_FALSE(bakeSource(path, options, progress, report).hasUvs());
 }
 
 TEST(Attributes, WithoutNormalsNoParametersAreStored)

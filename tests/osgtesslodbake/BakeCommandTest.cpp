@@ -397,5 +397,20 @@ TEST_F(BakeCommand, AnInterruptedBakeOfAMeshEndsSoonToo)
     EXPECT_EQ(_folder.entryCount(), 1U);
 }
 
+TEST_F(BakeCommand, NamesTheColourImageRelativeToTheOutput)
+{
+    const std::string square = _folder.file("square.obj");
+    std::ofstream(square) << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+    const std::string path = _folder.file("square.tlod");
+    EXPECT_EQ(run({square, "-o", path, "--max-factor", "2", "-q", "--color-image", _folder.file("images/a.png")}).code, 0);
+    const std::string info = run({"--info", path}).output;
+    EXPECT_NE(info.find("\"color_image\": \"images/a.png\""), std::string::npos) << info;
+    EXPECT_NE(info.find("\"texture_coordinates\": true"), std::string::npos);
+    EXPECT_NE(info.find("\"largest_uv_error\""), std::string::npos);
+    const Outcome without = run({source(), "-o", path, "--max-factor", "2", "--patches", "24", "-q", "--color-image", "a.png"});
+    EXPECT_EQ(without.code, 1);
+    EXPECT_NE(without.errors.find("no texture coordinates for a colour image"), std::string::npos) << without.errors;
+}
+
 } // namespace
 } // namespace osgTessLOD

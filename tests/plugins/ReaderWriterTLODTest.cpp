@@ -5,6 +5,7 @@
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
+#include <render/WarningCollector.h>
 #include <support/FileBytes.h>
 #include <support/TemporaryDirectory.h>
 
@@ -13,11 +14,13 @@
 #include <osg/ComputeBoundsVisitor>
 #include <osg/Group>
 #include <osg/MatrixTransform>
+#include <osg/Texture2D>
 #include <osgDB/ReadFile>
 #include <osgDB/Registry>
 #include <osgDB/WriteFile>
 #include <osgUtil/Optimizer>
 
+#include <filesystem>
 #include <sstream>
 
 namespace osgTessLOD {
@@ -232,8 +235,8 @@ TEST(ReaderWriterTLOD, TakesOptions)
     EXPECT_EQ(plain->getOptions().backend, Backend::Auto);
     EXPECT_GT(plain->getAsset()->normals.resolution, 0U);
 
-    const osg::ref_ptr<TessLODDrawable> set =
-        readWith("errorPixels=2.5 maxFactor=8 metric=isotropic bound=first-order backend=instanced cullPatches=false noTextures");
+    const osg::ref_ptr<TessLODDrawable> set = readWith("errorPixels=2.5 maxFactor=8 metric=isotropic bound=first-order "
+                                                       "backend=instanced cullPatches=false noTextures");
     ASSERT_TRUE(set);
     EXPECT_EQ(set->getOptions().errorPixels, 2.5);
     EXPECT_EQ(set->getOptions().maxFactor, 8U);
@@ -245,12 +248,41 @@ TEST(ReaderWriterTLOD, TakesOptions)
     EXPECT_TRUE(set->getAsset()->normals.levels.empty());
 }
 
+TEST(ReaderWriterTLOD, HasTheColourImageAsATexture)
+{
+    const TemporaryDirectory folder;
+    LodAsset asset = makeSyntheticAsset();
+    asset.colorImage = "maps/red.ppm";
+    writeTlod(folder.file("x.tlod"), asset);
+    const auto textureWith = [&](const char* options) -> osg::ref_ptr<osg::StateAttribute> {
+        const osg::ref_ptr<osg::Node> node = read(folder.file("x.tlod"), options).getNode();
+        const osg::StateSet* state = node.valid() ? node->getStateSet() : nullptr;
+        return state != nullptr
+                   ? const_cast<osg::StateAttribute*>(state->getTextureAttribute(0, osg::StateAttribute::TEXTURE))
+                   : nullptr;
+    };
+    {
+        const WarningCollector warnings;
+        EXPECT_FALSE(textureWith(""));
+        EXPECT_NE(warnings.text().find("maps/red.ppm"), std::string::npos) << warnings.text();
+    }
+    std::filesystem::create_directory(folder.file("maps"));
+    writeBytes(folder.file("maps/red.ppm"), std::string("P6\n1 1\n255\n\xFF\0\0", 14));
+    const osg::ref_ptr<osg::StateAttribute> texture = textureWith("");
+    ASSERT_TRUE(texture);
+    const osg::Image* image = static_cast<const osg::Texture2D&>(*texture).getImage();
+    ASSERT_NE(image, nullptr);
+    EXPECT_EQ(image->getColor(0U), osg::Vec4(1.0F, 0.0F, 0.0F, 1.0F));
+    EXPECT_FALSE(textureWith("noTextures"));
+}
+
 TEST(ReaderWriterTLOD, RefusesMalformedOptions)
 {
     const TemporaryDirectory folder;
     writeTlod(folder.file("x.tlod"), makeSyntheticAsset());
-    for (const char* option : {"errorPixels=fine", "errorPixels=0", "errorPixels=-1", "errorPixels=nan", "errorPixels=1e999", "maxFactor=8x",
-                               "maxFactor=0", "metric=best", "bound=firstorder", "backend=gl", "cullPatches=maybe"}) {
+    for (const char* option :
+         {"errorPixels=fine", "errorPixels=0", "errorPixels=-1", "errorPixels=nan", "errorPixels=1e999", "maxFactor=8x",
+          "maxFactor=0", "metric=best", "bound=firstorder", "backend=gl", "cullPatches=maybe"}) {
         const ReadResult result = read(folder.file("x.tlod"), option);
         EXPECT_EQ(result.status(), ReadResult::ERROR_IN_READING_FILE) << option;
         EXPECT_NE(result.message().find(option), std::string::npos) << result.message();
@@ -262,7 +294,8 @@ TEST(ReaderWriterTLOD, DeclaresWhatItHandles)
     EXPECT_EQ(plugin().supportedExtensions().count("tlod"), 1U);
     std::string declared;
     for (const auto& [option, purpose] : plugin().supportedOptions()) { declared += option + " "; }
-    for (const char* option : {"errorPixels", "maxFactor", "metric", "bound", "backend", "cullPatches", "noTextures", "WriteTlodHint"}) {
+    for (const char* option :
+         {"errorPixels", "maxFactor", "metric", "bound", "backend", "cullPatches", "noTextures", "WriteTlodHint"}) {
         EXPECT_NE(declared.find(option), std::string::npos) << declared;
     }
 }
