@@ -65,7 +65,7 @@ public:
         for (const SelectionOption& option : selectionOptionTable()) {
             supportsOption(std::string(option.name) + "=" + option.values, option.purpose);
         }
-        supportsOption(kNoTextures, "Bake no normal textures");
+        supportsOption(kNoTextures, "Bake neither normal textures nor texture coordinates");
         supportsOption(std::string(kTechnique) + "=" + kTechniqueValues, kTechniquePurpose);
         supportsOption(std::string(kTolerance) + "=" + kToleranceValues, kTolerancePurpose);
     }

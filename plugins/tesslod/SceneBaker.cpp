@@ -178,6 +178,7 @@ SceneBakeOptions sceneBakeOptions(const osgDB::Options* options)
     result.bake.technique = techniqueOption(options, result.bake.technique);
     result.bake.tolerance = toleranceOption(options, result.bake.tolerance);
     result.bake.normals = !isOptionSet(options, kNoTextures);
+    result.bake.uvs = result.bake.normals; // nothing else wants them
     const unsigned wanted = std::min(result.selection.maxFactor, kLargestFactor);
     result.bake.maxFactor = 1;
     while (result.bake.maxFactor < wanted) { result.bake.maxFactor *= 2; }

@@ -262,8 +262,8 @@ TEST(ReaderWriterTessLOD, TakesPrimitivesAndPositionsOfAllKinds)
 TEST(ReaderWriterTessLOD, HandsTextureCoordinatesAndColoursOn)
 {
     const TemporaryDirectory folder;
-    const auto bake = [&](osg::Geometry& geometry) -> std::shared_ptr<const LodAsset> {
-        EXPECT_TRUE(write(geometry, folder.file("x.tlod")).success());
+    const auto bake = [&](osg::Geometry& geometry, const char* options = "") -> std::shared_ptr<const LodAsset> {
+        EXPECT_TRUE(write(geometry, folder.file("x.tlod"), options).success());
         ReadResult result = read(folder.file("x.tlod"));
         const auto* drawable = dynamic_cast<const TessLODDrawable*>(result.getNode());
         return drawable != nullptr ? drawable->getAsset() : std::make_shared<const LodAsset>();
@@ -281,6 +281,7 @@ TEST(ReaderWriterTessLOD, HandsTextureCoordinatesAndColoursOn)
     std::shared_ptr<const LodAsset> asset = bake(*geometry);
     EXPECT_TRUE(asset->hasUvs());
     EXPECT_FALSE(asset->hasColors());
+    EXPECT_FALSE(bake(*geometry, "noTextures")->hasUvs());
 
     geometry->setTexCoordArray(0, nullptr);
     white->front() = osg::Vec4(1.0F, 0.5F, 0.0F, 1.0F); // no longer
