@@ -139,13 +139,14 @@ osg::ref_ptr<osg::AnimationPath> readPath(const std::string& fileName)
 {
     osgDB::ifstream file(fileName.c_str());
     osg::ref_ptr<osg::AnimationPath> path = new osg::AnimationPath;
+    path->setLoopMode(osg::AnimationPath::NO_LOOPING); // or the end would be the beginning
     double time = 0.0;
     osg::Vec3d place;
     osg::Quat rotation;
     while (file >> time >> place.x() >> place.y() >> place.z() >> rotation.x() >> rotation.y() >> rotation.z() >> rotation.w()) {
         path->insert(time, osg::AnimationPath::ControlPoint(place, rotation));
     }
-    if (path->empty() || !file.eof()) { throw std::runtime_error(fileName + ": no animation path can be read from it"); }
+    if (path->empty() || !file.eof()) { throw std::runtime_error("-p " + fileName + ": no animation path can be read from it"); }
     return path;
 }
 
