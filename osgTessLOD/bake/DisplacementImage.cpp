@@ -2,24 +2,16 @@
 #include <osgTessLOD/bake/DisplacementImage.h>
 
 #include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/bake/ImageFiles.h>
 
-#include <OpenImageIO/imageio.h>
-
+#include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
-#include <memory>
+#include <utility>
 
 namespace osgTessLOD::bake {
 
 namespace {
-
-constexpr std::uint64_t kMostNumbers = std::numeric_limits<std::uint32_t>::max();
-
-AssetError fault(const std::string& path, const std::string& what)
-{
-    return AssetError(path + ": " + what);
-}
 
 /// `pixel` of `size` that repeat.
 std::size_t wrapped(double pixel, std::uint32_t size)
@@ -29,13 +21,13 @@ std::size_t wrapped(double pixel, std::uint32_t size)
     return static_cast<std::size_t>(std::min<std::int64_t>(within, size - 1));
 }
 
-void checkFinite(const std::string& path, const std::vector<float>& pixels, std::uint32_t width, unsigned channels)
+void checkFinite(const std::string& path, const ImageData& image)
 {
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-        if (!std::isfinite(pixels[i])) {
-            const std::size_t pixel = i / channels;
-            throw fault(path, "pixel (" + std::to_string(pixel % width) + ", " + std::to_string(pixel / width) +
-                                  ") is not a finite number");
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        if (!std::isfinite(image.pixels[i])) {
+            const std::size_t pixel = i / image.channels;
+            throw AssetError(path + ": pixel (" + std::to_string(pixel % image.width) + ", " +
+                             std::to_string(pixel / image.width) + ") is not a finite number");
         }
     }
 }
@@ -55,25 +47,9 @@ DisplacementImage::DisplacementImage(std::uint32_t width, std::uint32_t height, 
 
 DisplacementImage DisplacementImage::read(const std::string& path, unsigned channels)
 {
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path);
-    if (!input) { throw fault(path, OIIO::geterror()); }
-    const OIIO::ImageSpec& spec = input->spec();
-    if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1) {
-        throw fault(path, "is not an image of two dimensions");
-    }
-    if (spec.nchannels < static_cast<int>(channels)) {
-        throw fault(path, "has " + std::to_string(spec.nchannels) + " channels where " + std::to_string(channels) +
-                              " are needed");
-    }
-    const auto width = static_cast<std::uint32_t>(spec.width);
-    const auto height = static_cast<std::uint32_t>(spec.height);
-    if (std::uint64_t{width} * height * channels > kMostNumbers) { throw fault(path, "is too large an image"); }
-    std::vector<float> pixels(std::size_t{width} * height * channels);
-    if (!input->read_image(0, 0, 0, static_cast<int>(channels), OIIO::TypeDesc::FLOAT, pixels.data())) {
-        throw fault(path, input->geterror());
-    }
-    checkFinite(path, pixels, width, channels);
-    return DisplacementImage(width, height, channels, std::move(pixels));
+    ImageData image = imageFiles().read(path, channels);
+    checkFinite(path, image);
+    return DisplacementImage(image.width, image.height, channels, std::move(image.pixels));
 }
 
 DisplacementImage::Footprint DisplacementImage::footprintAt(const Eigen::Vector2d& uv) const

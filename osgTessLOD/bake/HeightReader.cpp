@@ -1,22 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Reads height fields: images by OpenImageIO, the georeference of GeoTIFF by libgeotiff, raw SRTM tiles by itself.
+// Reads height fields: images and GeoTIFF by ImageFiles, raw SRTM tiles by itself.
 #include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/bake/HeightField.h>
-
-#include <OpenImageIO/imageio.h>
-#include <geotiff/geotiff.h>
-#include <geotiff/geovalues.h>
-#include <geotiff/xtiffio.h>
+#include <osgTessLOD/bake/ImageFiles.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <memory>
+#include <utility>
 
 namespace osgTessLOD::bake {
 
@@ -24,14 +19,6 @@ namespace {
 
 constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 31;
 constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
-constexpr std::uint32_t kTagNoData = 42113; ///< GDAL's, an ASCII number
-
-/// Where a survey lies, and what it does not know.
-struct Georeference {
-    std::array<double, 2> spacing{1.0, 1.0};
-    std::array<double, 2> corner{0.0, 0.0};
-    std::optional<double> voidValue;
-};
 
 std::string extensionOf(const std::string& path)
 {
@@ -83,49 +70,25 @@ HeightField readHgt(const std::string& path, Georeference& where)
         where.corner = {west, south + 1.0};
     }
     where.spacing = {1.0 / (side - 1), 1.0 / (side - 1)};
+    where.inDegrees = true;
     return field;
 }
 
 HeightField readImage(const std::string& path)
 {
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path);
-    if (!input) { throw fault(path, OIIO::geterror()); }
-    const OIIO::ImageSpec& spec = input->spec();
-    if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1) {
-        throw fault(path, "is not an image of two dimensions");
-    }
+    ImageData image = imageFiles().read(path, 1);
+    checkSize(path, image.width, image.height);
     HeightField field;
-    checkSize(path, static_cast<std::uint64_t>(spec.width), static_cast<std::uint64_t>(spec.height));
-    field.columns = static_cast<std::uint32_t>(spec.width);
-    field.rows = static_cast<std::uint32_t>(spec.height);
-    field.heights.resize(std::size_t{field.columns} * field.rows);
-    if (!input->read_image(0, 0, 0, 1, OIIO::TypeDesc::FLOAT, field.heights.data())) {
-        throw fault(path, input->geterror());
-    }
-    // Integers come as parts of the largest that their format holds.
-    const OIIO::TypeDesc::BASETYPE type = static_cast<OIIO::TypeDesc::BASETYPE>(spec.format.basetype);
-    const double unit = type == OIIO::TypeDesc::UINT8    ? 255.0
-                        : type == OIIO::TypeDesc::INT8   ? 127.0
-                        : type == OIIO::TypeDesc::UINT16 ? 65535.0
-                        : type == OIIO::TypeDesc::INT16  ? 32767.0
-                                                         : 0.0;
-    if (type == OIIO::TypeDesc::UINT32 || type == OIIO::TypeDesc::INT32) {
-        throw fault(path, "has 32-bit integers: heights are integers of 8 or 16 bits, or floating-point numbers");
-    }
-    if (unit > 0.0) {
+    field.columns = image.width;
+    field.rows = image.height;
+    field.heights = std::move(image.pixels);
+    if (image.largestInteger > 0.0) {
         for (float& height : field.heights) {
-            height = static_cast<float>(std::lround(static_cast<double>(height) * unit));
+            height = static_cast<float>(std::lround(static_cast<double>(height) * image.largestInteger));
         }
     }
     return field;
 }
-
-struct TiffCloser {
-    void operator()(TIFF* tiff) const { XTIFFClose(tiff); }
-};
-struct GeoKeysCloser {
-    void operator()(GTIF* keys) const { GTIFFree(keys); }
-};
 
 /// Degrees of longitude and latitude to metres at the middle latitude (WGS 84's mean radii, spherical).
 void layOutInMetres(const HeightField& field, Georeference& where)
@@ -137,34 +100,6 @@ void layOutInMetres(const HeightField& field, Georeference& where)
         where.spacing[axis] *= scale[axis];
         where.corner[axis] *= scale[axis];
     }
-}
-
-/// Returns true if the coordinates are degrees.
-bool readGeoTags(const std::string& path, Georeference& where)
-{
-    TIFFSetWarningHandler(nullptr); // unknown tags are no news
-    const std::unique_ptr<TIFF, TiffCloser> tiff(XTIFFOpen(path.c_str(), "r"));
-    if (!tiff) { return false; }
-    std::uint16_t count = 0;
-    double* values = nullptr;
-    if (TIFFGetField(tiff.get(), TIFFTAG_GEOPIXELSCALE, &count, &values) != 0 && count >= 2 && values[0] > 0.0 &&
-        values[1] > 0.0) {
-        where.spacing = {values[0], values[1]};
-        if (TIFFGetField(tiff.get(), TIFFTAG_GEOTIEPOINTS, &count, &values) != 0 && count >= 6) {
-            where.corner = {values[3] - values[0] * where.spacing[0], values[4] + values[1] * where.spacing[1]};
-        }
-    }
-    std::uint32_t length = 0; // as of all tags that libtiff does not know
-    char* text = nullptr;
-    if (TIFFGetField(tiff.get(), kTagNoData, &length, &text) != 0 && text != nullptr) {
-        const std::string number(text, length);
-        char* end = nullptr;
-        const double value = std::strtod(number.c_str(), &end);
-        if (end != number.c_str()) { where.voidValue = value; }
-    }
-    const std::unique_ptr<GTIF, GeoKeysCloser> keys(GTIFNew(tiff.get()));
-    unsigned short model = 0;
-    return keys && GTIFKeyGetSHORT(keys.get(), GTModelTypeGeoKey, &model, 0, 1) == 1 && model == ModelTypeGeographic;
 }
 
 void applyOptions(const HeightOptions& options, const Georeference& where, HeightField& field)
@@ -196,8 +131,8 @@ HeightField readHeightField(const std::string& path, const HeightOptions& option
     const std::string extension = extensionOf(path);
     HeightField field = extension == ".hgt" ? readHgt(path, where) : readImage(path);
     field.name = path;
-    const bool isTiff = extension == ".tif" || extension == ".tiff";
-    if (extension == ".hgt" || (isTiff && readGeoTags(path, where))) { layOutInMetres(field, where); }
+    if (extension == ".tif" || extension == ".tiff") { where = imageFiles().georeference(path); }
+    if (where.inDegrees) { layOutInMetres(field, where); }
     applyOptions(options, where, field);
     if (field.voids() == field.heights.size()) { throw fault(path, "has no height at all"); }
     return field;

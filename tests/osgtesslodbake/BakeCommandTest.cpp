@@ -412,5 +412,38 @@ TEST_F(BakeCommand, NamesTheColourImageRelativeToTheOutput)
     EXPECT_NE(without.errors.find("no texture coordinates for a colour image"), std::string::npos) << without.errors;
 }
 
+TEST_F(BakeCommand, BakesDisplacedMeshesAndTerrain)
+{
+    const std::string square = _folder.file("square.obj");
+    std::ofstream(square) << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+    // The smallest of image formats: 9 × 9 grey values, a bump in the middle.
+    const std::string map = _folder.file("map.pgm");
+    std::string pixels(81, '\0');
+    pixels[40] = '\xFF';
+    writeBytes(map, "P5 9 9 255\n" + pixels);
+    const std::string path = _folder.file("x.tlod");
+    const auto heightOf = [&] {
+        const auto bounds = nlohmann::json::parse(run({"--info", path}).output)["bounds"];
+        return bounds["max"][2].get<double>() - bounds["min"][2].get<double>();
+    };
+    const Arguments bake{square, "-o", path, "--max-factor", "16", "-q", "--displacement", map, "--scale", "0.5"};
+    EXPECT_EQ(run(bake).code, 0);
+    EXPECT_EQ(run({"--check", path}).code, 0);
+    EXPECT_GT(heightOf(), 0.2);
+
+    // A raw SRTM tile: 17 × 17 heights, 500 m in the middle.
+    const std::string tile = _folder.file("N47E008.hgt");
+    std::string heights(2 * 17 * 17, '\0');
+    heights[2 * (8 * 17 + 8)] = '\x01';
+    heights[2 * (8 * 17 + 8) + 1] = '\xF4';
+    writeBytes(tile, heights);
+    EXPECT_EQ(run({tile, "-o", path, "--max-factor", "16", "-q"}).code, 0);
+    EXPECT_GT(heightOf(), 100.0);
+
+    expectRefused({square, "-o", path, "-q", "--displacement", _folder.file("none.png")}, "none.png");
+    expectRefused({tile, "-o", path, "-q", "--smooth", "1"}, "only meshes");
+    expectRefused({square, "-o", path, "-q", "--vector", "sideways", "--displacement", map}, "--vector");
+}
+
 } // namespace
 } // namespace osgTessLOD

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+// The module that reads image files: pixels by OpenImageIO, the georeference of GeoTIFF by libgeotiff.
+#include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/bake/ImageFiles.h>
+
+#include <OpenImageIO/imageio.h>
+#include <geotiff/geotiff.h>
+#include <geotiff/geovalues.h>
+#include <geotiff/xtiffio.h>
+
+#include <cstdlib>
+#include <limits>
+#include <memory>
+
+namespace osgTessLOD::bake {
+
+namespace {
+
+constexpr std::uint64_t kMostNumbers = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kTagNoData = 42113; ///< GDAL's, an ASCII number
+
+AssetError fault(const std::string& path, const std::string& what)
+{
+    return AssetError(path + ": " + what);
+}
+
+double largestInteger(const std::string& path, OIIO::TypeDesc::BASETYPE type)
+{
+    switch (type) {
+    case OIIO::TypeDesc::UINT8: return 255.0;
+    case OIIO::TypeDesc::INT8: return 127.0;
+    case OIIO::TypeDesc::UINT16: return 65535.0;
+    case OIIO::TypeDesc::INT16: return 32767.0;
+    case OIIO::TypeDesc::HALF:
+    case OIIO::TypeDesc::FLOAT:
+    case OIIO::TypeDesc::DOUBLE: return 0.0;
+    default: throw fault(path, "has neither integers of 8 or 16 bits nor floating-point numbers");
+    }
+}
+
+struct TiffCloser {
+    void operator()(TIFF* tiff) const { XTIFFClose(tiff); }
+};
+struct GeoKeysCloser {
+    void operator()(GTIF* keys) const { GTIFFree(keys); }
+};
+
+void readPlace(TIFF& tiff, Georeference& where)
+{
+    std::uint16_t count = 0;
+    double* values = nullptr;
+    if (TIFFGetField(&tiff, TIFFTAG_GEOPIXELSCALE, &count, &values) == 0 || count < 2 || !(values[0] > 0.0) ||
+        !(values[1] > 0.0)) {
+        return;
+    }
+    where.spacing = {values[0], values[1]};
+    if (TIFFGetField(&tiff, TIFFTAG_GEOTIEPOINTS, &count, &values) != 0 && count >= 6) {
+        where.corner = {values[3] - values[0] * where.spacing[0], values[4] + values[1] * where.spacing[1]};
+    }
+}
+
+std::optional<double> readNoData(TIFF& tiff)
+{
+    std::uint32_t length = 0; // as of all tags that libtiff does not know
+    char* text = nullptr;
+    if (TIFFGetField(&tiff, kTagNoData, &length, &text) == 0 || text == nullptr) { return std::nullopt; }
+    const std::string number(text, length);
+    char* end = nullptr;
+    const double value = std::strtod(number.c_str(), &end);
+    return end != number.c_str() ? std::optional<double>(value) : std::nullopt;
+}
+
+class OpenImageFiles : public ImageFiles {
+public:
+    ImageData read(const std::string& path, unsigned channels) const override
+    {
+        const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path);
+        if (!input) { throw fault(path, OIIO::geterror()); }
+        const OIIO::ImageSpec& spec = input->spec();
+        if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1) {
+            throw fault(path, "is not an image of two dimensions");
+        }
+        if (spec.nchannels < static_cast<int>(channels)) {
+            throw fault(path, "has " + std::to_string(spec.nchannels) + " channels where " + std::to_string(channels) +
+                                  " are needed");
+        }
+        ImageData image;
+        image.width = static_cast<std::uint32_t>(spec.width);
+        image.height = static_cast<std::uint32_t>(spec.height);
+        image.channels = channels;
+        image.largestInteger = largestInteger(path, static_cast<OIIO::TypeDesc::BASETYPE>(spec.format.basetype));
+        if (std::uint64_t{image.width} * image.height * channels > kMostNumbers) {
+            throw fault(path, "is too large an image");
+        }
+        image.pixels.resize(std::size_t{image.width} * image.height * channels);
+        if (!input->read_image(0, 0, 0, static_cast<int>(channels), OIIO::TypeDesc::FLOAT, image.pixels.data())) {
+            throw fault(path, input->geterror());
+        }
+        return image;
+    }
+
+    Georeference georeference(const std::string& path) const override
+    {
+        Georeference where;
+        TIFFSetWarningHandler(nullptr); // unknown tags are no news
+        const std::unique_ptr<TIFF, TiffCloser> tiff(XTIFFOpen(path.c_str(), "r"));
+        if (!tiff) { return where; }
+        readPlace(*tiff, where);
+        where.voidValue = readNoData(*tiff);
+        const std::unique_ptr<GTIF, GeoKeysCloser> keys(GTIFNew(tiff.get()));
+        unsigned short model = 0;
+        where.inDegrees =
+            keys && GTIFKeyGetSHORT(keys.get(), GTModelTypeGeoKey, &model, 0, 1) == 1 && model == ModelTypeGeographic;
+        return where;
+    }
+};
+
+} // namespace
+
+} // namespace osgTessLOD::bake
+
+extern "C" OSGTESSLOD_EXPORT const osgTessLOD::bake::ImageFiles* osgTessLODImageFiles()
+{
+    static const osgTessLOD::bake::OpenImageFiles files;
+    return &files;
+}
