@@ -442,7 +442,6 @@ TEST_F(BakeCommand, BakesDisplacedMeshesAndTerrain)
 
     expectRefused({square, "-o", path, "-q", "--displacement", _folder.file("none.png")}, "none.png");
     expectRefused({tile, "-o", path, "-q", "--smooth", "1"}, "only meshes");
-    expectRefused({square, "-o", path, "-q", "--vector", "sideways", "--displacement", map}, "--vector");
 }
 
 } // namespace
