@@ -135,8 +135,9 @@ public:
         return _errors.atFinest(decoded(p, quantized(p, finest)), reference(p), finest);
     }
 
-    /// `slots`: per level, of each patch that reaches it.
-    void assemble(std::size_t p, const FinestLevels& finest, const std::vector<std::vector<std::uint32_t>>& slots,
+    /// `slots`: per level, of each patch that reaches it. Returns the box of all that is ever drawn of the patch: morphs lie
+    /// between vertices of levels.
+    AlignedBox3d assemble(std::size_t p, const FinestLevels& finest, const std::vector<std::vector<std::uint32_t>>& slots,
                   LodAsset& asset) const
     {
         LodPatch& patch = asset.patches[p];
@@ -161,8 +162,8 @@ public:
             if (!level.parameters.empty()) { storeParameters(stored, l, &level.parameters[first]); }
             level.errors[slot] = errorOf(vectors[l], chartError(p));
         }
-        boundSphere(stored.positions, patch);
         boundNormals(stored.positions, patch);
+        return boundSphere(stored.positions, patch);
     }
 
 private:
@@ -232,7 +233,7 @@ private:
     }
 
     /// Morphed vertices lie between stored ones, so the stored ones' sphere holds them too.
-    static void boundSphere(const std::vector<std::vector<Vector3d>>& levels, LodPatch& patch)
+    static AlignedBox3d boundSphere(const std::vector<std::vector<Vector3d>>& levels, LodPatch& patch)
     {
         AlignedBox3d box;
         for (const auto& level : levels) {
@@ -247,6 +248,7 @@ private:
         // The GPU's single precision positions are within a few ulps of these.
         const double rounding = 4.0 * std::numeric_limits<float>::epsilon() * box.max().cwiseAbs().cwiseMax(box.min().cwiseAbs()).norm();
         patch.boundRadius = roundUp(std::sqrt(squared) + rounding);
+        return {box.min().array() - rounding, box.max().array() + rounding};
     }
 
     void boundNormals(const std::vector<std::vector<Vector3d>>& levels, LodPatch& patch) const
@@ -307,15 +309,13 @@ LodAsset assembleAsset(const PatchMap& map, const ChartSet& charts, const LevelH
         }
     }
     const std::vector<std::vector<std::uint32_t>> slots = makeRoom(hierarchy, asset);
+    std::vector<AlignedBox3d> boxes(patches);
     tbb::parallel_for(std::size_t{0}, patches, [&](std::size_t p) {
-        assembler.assemble(p, finest[p], slots, asset);
+        boxes[p] = assembler.assemble(p, finest[p], slots, asset);
         progress.step(1);
     });
     AlignedBox3d box;
-    for (const LodPatch& patch : asset.patches) {
-        const Vector3d center(patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2]);
-        box.extend(AlignedBox3d(center.array() - patch.boundRadius, center.array() + patch.boundRadius));
-    }
+    for (const AlignedBox3d& each : boxes) { box.extend(each); }
     for (std::size_t k = 0; k < 3; ++k) {
         const auto axis = static_cast<Eigen::Index>(k);
         asset.boundsMin[k] = std::nextafter(static_cast<float>(box.min()[axis]), -std::numeric_limits<float>::max());

@@ -508,6 +508,7 @@ TEST_P(Charts, ErrorsContainTheChartError)
 TEST_P(Charts, BoundsHoldEveryLevel)
 {
     const Baked baked = bake();
+    Eigen::AlignedBox3d box;
     for (std::size_t p = 0; p < baked.asset.patches.size(); ++p) {
         const LodPatch& patch = baked.asset.patches[p];
         const Eigen::Vector3f center(patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2]);
@@ -516,6 +517,7 @@ TEST_P(Charts, BoundsHoldEveryLevel)
         for (std::size_t level = 0; level < kLadder.size(); ++level) {
             const auto stored = storedPositions(baked.asset, level, p);
             for (const Vector3d& x : stored) {
+                box.extend(x);
                 EXPECT_LE((x - center.cast<double>()).norm(), static_cast<double>(patch.boundRadius));
                 for (std::size_t k = 0; k < 3; ++k) {
                     EXPECT_GE(x[static_cast<Eigen::Index>(k)], static_cast<double>(baked.asset.boundsMin[k]));
@@ -528,6 +530,12 @@ TEST_P(Charts, BoundsHoldEveryLevel)
                 EXPECT_GE(n.dot(axis), (static_cast<double>(patch.coneCosine) - 1e-3) * n.norm()) << "normal outside the cone";
             }
         }
+    }
+    for (std::size_t k = 0; k < 3; ++k) { // and no more, but for a few units in the last place of single precision
+        const auto axis = static_cast<Eigen::Index>(k);
+        const double rounding = 1e-6 * (box.max().norm() + box.min().norm());
+        EXPECT_NEAR(static_cast<double>(baked.asset.boundsMin[k]), box.min()[axis], rounding);
+        EXPECT_NEAR(static_cast<double>(baked.asset.boundsMax[k]), box.max()[axis], rounding);
     }
 }
 
