@@ -65,6 +65,9 @@ BenchmarkResult benchmarkViews(const std::vector<Scene>& scenes);
 /// What selecting levels and patches takes, from several places. Times are medians over `runs`.
 BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned runs);
 
+/// Bytes on the GPU and in the file for each vertex of all patches at their finest levels.
+BenchmarkResult benchmarkMemory(const std::vector<Scene>& scenes);
+
 /// 0 without values.
 double median(std::vector<double> values);
 double mean(const std::vector<double>& values);

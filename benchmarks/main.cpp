@@ -83,7 +83,7 @@ void printTables(const std::vector<ResultTable>& tables, bool markdown)
     }
 }
 
-enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select };
+enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory };
 
 BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const Arguments& arguments)
 {
@@ -98,6 +98,7 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
     case Command::Ladder: return benchmarkLadders(scenes, maxFactor);
     case Command::Simplify: return benchmarkSimplification(scenes, arguments.methods);
     case Command::Bound: return benchmarkBound(scenes, arguments.quick ? kQuickViews : arguments.views);
+    case Command::Memory: return benchmarkMemory(scenes);
     case Command::View: return benchmarkViews(scenes);
     case Command::Select: return benchmarkSelection(scenes, arguments.quick ? 3 : arguments.runs);
     default: return benchmarkMetric(scenes, arguments.quick ? kQuickDirections : arguments.directions);
@@ -108,12 +109,13 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
 bool takesScansByName(Command command)
 {
     return command == Command::Simplify || command == Command::Levels || command == Command::Ladder ||
-           command == Command::Bound;
+           command == Command::Bound || command == Command::Memory;
 }
 
 bool takesBakedScenes(Command command)
 {
-    return command == Command::Frame || command == Command::View || command == Command::Select;
+    return command == Command::Frame || command == Command::View || command == Command::Select ||
+           command == Command::Memory;
 }
 
 /// The exit status: 1 if a scene could not be measured.
@@ -171,7 +173,8 @@ int main(int argc, char** argv)
     select->add_option("--runs", arguments.runs, "measurements to take the median of")
         ->capture_default_str()
         ->check(CLI::Range(1, 100000));
-    for (CLI::App* command : {bound, view, select}) { declareCommon(*command, arguments); }
+    CLI::App* memory = app.add_subcommand("memory", "bytes on the GPU and in the file per vertex");
+    for (CLI::App* command : {bound, view, select, memory}) { declareCommon(*command, arguments); }
     declareCommon(*bake, arguments);
     declareCommon(*levels, arguments);
     declareCommon(*ladder, arguments);
@@ -210,6 +213,7 @@ int main(int argc, char** argv)
                    : bound->parsed()    ? Command::Bound
                    : view->parsed()     ? Command::View
                    : select->parsed()   ? Command::Select
+                   : memory->parsed()   ? Command::Memory
                                         : Command::Metric,
                    arguments);
     } catch (const std::exception& error) {

@@ -173,6 +173,22 @@ TEST_F(BenchCommand, ViewAndSelectTakeBakedScenes)
     for (const Json& row : select["rows"]) { EXPECT_EQ(row["drawn"] == 0U, row["from"] == "off screen") << row; }
 }
 
+TEST_F(BenchCommand, MemoryAddsUp)
+{
+    const std::string baked = _folder.file("torus.tlod");
+    ASSERT_EQ(run("bake --technique uniform --runs 1 --limit 1 --scene '" + torus() + "' --keep '" + _folder.file("") + "'").status, 0);
+    const Json report = this->report("memory --scene '" + baked + "'");
+    ASSERT_EQ(report["rows"].size(), 1U);
+    const Json& row = report["rows"][0];
+    EXPECT_GT(row["gpuVertices"], 8.0) << "8 bytes at the finest level, and the coarser ones";
+    EXPECT_EQ(row["gpuParameters"], 0.0) << "uniform levels have none";
+    EXPECT_GT(row["gpuNormals"], 4.0);
+    EXPECT_LT(row["fileWithoutNormals"], row["file"]);
+    EXPECT_NEAR(row["file"].get<double>() * row["finestVertices"].get<double>(),
+                static_cast<double>(readBytes(baked).size()), 0.5);
+    EXPECT_EQ(report["summary"]["gpu_bytes_per_finest_vertex"], row["gpuVertices"]);
+}
+
 TEST_F(BenchCommand, NamesWhatItCannotMeasure)
 {
     const std::string path = _folder.file("empty.obj");
