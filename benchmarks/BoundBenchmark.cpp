@@ -55,7 +55,7 @@ struct MeasuredScene {
     Ratios ratiosIn(const ScreenCamera& camera, const SelectionOptions& options) const
     {
         const SelectionView view = camera.view();
-        std::vector<PatchRecord> records = selector.select(view, options, camera.sides()).records;
+        std::vector<PatchRecord> records = selector.select(view, options, camera.sides()).records.vector();
         records.erase(std::remove_if(records.begin(), records.end(),
                                      [&](const PatchRecord& record) {
                                          return hasSaturatedBorder(asset, selector, record.patch, view, options);

@@ -41,7 +41,7 @@ nlohmann::ordered_json selectionOf(const FrameSelection& entry)
             {"patchesCulled", statistics.culledPatches},
             {"patchesSaturated", statistics.saturatedPatches},
             {"triangles", statistics.triangles},
-            {"patches", patchesOf(entry.selection->records())}};
+            {"patches", patchesOf(entry.selection->records().vector())}};
 }
 
 } // namespace

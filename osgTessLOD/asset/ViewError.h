@@ -20,7 +20,10 @@ struct OSGTESSLOD_EXPORT ViewError {
     /// E(direction) in object units; `direction` has unit length. A form that is negative there, by rounding, gives 0.
     double evaluate(const std::array<double, 3>& direction) const;
 
-    /// The least E of any direction, object units, rounded down: √ of the least eigenvalue of Q, and 0 where that is negative.
+    /// Of Q, rounded down: the least E² of any direction, object units squared.
+    double leastEigenvalue() const;
+
+    /// The least E of any direction, object units, rounded down: √ of the least eigenvalue, and 0 where that is negative.
     double smallest() const;
 
     bool operator==(const ViewError& other) const { return q == other.q; }

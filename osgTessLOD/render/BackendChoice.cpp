@@ -38,11 +38,11 @@ osg::ref_ptr<osg::StateSet> hiddenState()
 }
 
 /// All patches at about the factor of the trial, over and over.
-std::vector<PatchRecord> trialRecords(const GpuAsset& asset)
+PatchRecords trialRecords(const GpuAsset& asset)
 {
     unsigned level = 0;
     while (level + 1U < asset.asset().ladder.size() && asset.asset().ladder[level + 1] <= kTrialFactor) { ++level; }
-    const std::vector<PatchRecord> once = asset.selector().uniformRecords(level);
+    const PatchRecords once = asset.selector().uniformRecords(level);
     std::uint64_t vertices = 0;
     std::vector<PatchRecord> records;
     for (std::size_t k = 0; vertices < kTrialVertices && !once.empty(); ++k) {
@@ -76,7 +76,7 @@ double secondsOf(osg::State& state, const PatchSelection& selection)
 
 Backend fasterBackend(osg::State& state, const GpuAsset& asset)
 {
-    const std::vector<PatchRecord> records = trialRecords(asset);
+    const PatchRecords records = trialRecords(asset);
     const SelectionStatistics statistics = asset.selector().statisticsOf(records);
     const osg::ref_ptr<osg::StateSet> hidden = hiddenState();
     const auto secondsBy = [&](Backend backend) {

@@ -17,7 +17,7 @@
 //
 //   widened + m C a/f  ≤  C h a/f,                                                                      (tolerance)
 //
-// both sides in object units. With the eye in the sphere the tolerance is 0, which only exact levels keep. Orthographic views
+// both sides in lengths. With the eye in the sphere the tolerance is 0, which only exact levels keep. Orthographic views
 // have one direction and no depth: E(axis) ≤ a/f.
 #include <osgTessLOD/render/LevelNeed.h>
 
@@ -26,13 +26,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace osgTessLOD {
 
 namespace {
 
-/// Bounds of several patches are widened by this, relatively: more than rounding makes a patch's own need leave them.
-constexpr double kRounding = 1e-9;
+/// Bounds of several patches are widened by this, relatively: more than single precision makes a patch's own need leave them.
+constexpr double kRounding = 1e-5;
 
 using LevelArray = std::array<double, LodAsset::kMaxLevels>;
 
@@ -44,75 +45,65 @@ double progress(double tolerance, double enough, double tooMuch)
     return tolerance > tooMuch ? (enough - tolerance) / (enough - tooMuch) : 1.0;
 }
 
+/// Infinite where single precision ends.
+float toFloat(double x)
+{
+    constexpr double kMost = std::numeric_limits<float>::max();
+    if (std::isnan(x) || std::fabs(x) <= kMost) { return static_cast<float>(x); }
+    return std::copysign(std::numeric_limits<float>::infinity(), static_cast<float>(x > 0.0 ? 1 : -1));
+}
+
 } // namespace
 
 /// How a sphere is seen.
 struct LevelNeed::Sight {
-    osg::Vec3d direction; ///< unit, to its centre
-    double distance;      ///< of the centre from the eye
-    double nearest;       ///< of any point from the eye; 0 with the eye inside
-    double leastDepth;    ///< of whatever of it may be on screen
-    double sine;          ///< of half the angle that it takes up; 1 with the eye inside
-    double leastCosine;   ///< of the angle to the axis of whatever of it may be on screen
+    double distance;   ///< of the centre from the eye
+    double nearest;    ///< of any point from the eye; 0 with the eye inside
+    double leastDepth; ///< of whatever of it may be on screen
+    double leastCosine; ///< of the angle to the axis of whatever of it may be on screen
     double largestCosine;
 };
 
 LevelNeed::LevelNeed(const SelectionView& view, const SelectionOptions& options, std::size_t levelCount,
-                     unsigned finestAllowed)
+                     unsigned finestAllowed, double unitsPerLength)
     : _view(view)
-    , _conservative(options.bound == SelectionOptions::Bound::Conservative)
-    , _isotropic(options.metric == SelectionOptions::Metric::Isotropic)
     , _levelCount(levelCount)
-    , _most(static_cast<float>(finestAllowed + 1))
     , _slope(std::max(options.errorPixels, 0.0) / view.pixelScale)
+    , _kernelView()
 {
+    _view.eye *= unitsPerLength;
+    if (view.orthographic) { _slope *= unitsPerLength; }
+    for (int k = 0; k < 3; ++k) {
+        const float rounded = toFloat(_view.eye[k]);
+        _kernelView.eyeHigh[k] = rounded;
+        _kernelView.eyeLow[k] = toFloat(_view.eye[k] - double{rounded});
+        _kernelView.axis[k] = toFloat(view.axis[k]);
+    }
+    _kernelView.slope = toFloat(_slope);
+    _kernelView.leastCosine = toFloat(view.leastCosine);
+    _kernelView.most = static_cast<float>(finestAllowed + 1);
+    _kernelView.top = static_cast<int>(finestAllowed);
+    _kernelView.levelCount = static_cast<int>(levelCount);
+    _kernelView.orthographic = view.orthographic;
+    _kernelView.conservative = options.bound == SelectionOptions::Bound::Conservative;
+    _kernelView.isotropic = options.metric == SelectionOptions::Metric::Isotropic;
 }
 
-LevelNeed::Sight LevelNeed::sightOf(const osg::Vec3f& center, double radius) const
+LevelNeed::Sight LevelNeed::sightOf(const BoundSphere& sphere) const
 {
-    if (_view.orthographic) { return {_view.axis, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0}; }
-    const osg::Vec3d toCenter = osg::Vec3d(center) - _view.eye;
+    if (_view.orthographic) { return {1.0, 1.0, 1.0, 1.0, 1.0}; }
+    const double radius = sphere.radius;
+    const osg::Vec3d toCenter = osg::Vec3d(sphere.center) - _view.eye;
     const double distance = toCenter.length();
-    if (distance <= radius) { return {_view.axis, distance, 0.0, 0.0, 1.0, _view.leastCosine, 1.0}; }
-    const osg::Vec3d direction = toCenter / distance;
+    if (distance <= radius) { return {distance, 0.0, 0.0, _view.leastCosine, 1.0}; }
     const double sine = radius / distance;
     const double cosine = std::sqrt(1.0 - sine * sine);
-    const double axial = std::clamp(direction * _view.axis, -1.0, 1.0);
+    const double axial = std::clamp(toCenter * _view.axis / distance, -1.0, 1.0);
     const double across = std::sqrt(1.0 - axial * axial);
     const double leastCosine = std::max(axial * cosine - across * sine, _view.leastCosine);
-    return {direction,
-            distance,
-            distance - radius,
-            std::max(distance * axial - radius, (distance - radius) * leastCosine),
-            sine,
-            leastCosine,
+    const double leastDepth = std::max(distance * axial - radius, (distance - radius) * leastCosine);
+    return {distance, distance - radius, std::max(leastDepth - kRounding * (distance + radius), 0.0), leastCosine,
             axial < cosine ? std::max(axial * cosine + across * sine, _view.leastCosine) : 1.0};
-}
-
-/// The errors as seen from the eye, as the asset has them at `sight.sine` 0 and widened otherwise.
-void LevelNeed::errorsAlong(const Sight& sight, const float* errors, double* seen) const
-{
-    const std::size_t n = _levelCount;
-    const float* isotropic = errors + 6 * n;
-    if (_isotropic) {
-        std::copy(isotropic, isotropic + n, seen);
-        return;
-    }
-    const double x = sight.direction.x();
-    const double y = sight.direction.y();
-    const double z = sight.direction.z();
-    const double sine = sight.sine;
-    const double squaredCosine = 1.0 - sine * sine;
-    const double cosine = std::sqrt(squaredCosine);
-    for (std::size_t k = 0; k < n; ++k) {
-        const double m = isotropic[k];
-        const double form = errors[k] * x * x + errors[n + k] * y * y + errors[2 * n + k] * z * z +
-                            2.0 * (errors[3 * n + k] * x * y + errors[4 * n + k] * x * z + errors[5 * n + k] * y * z);
-        const double positive = form > 0.0 ? form : 0.0;
-        const double most = m * m * squaredCosine; // from there on the whole length m is seen from somewhere
-        const double squared = positive < most ? positive : most;
-        seen[k] = std::sqrt(squared) * cosine + std::sqrt(m * m - squared) * sine;
-    }
 }
 
 /// FirstOrder interpolates linearly in the error (Lambert eq. 2.11). There the surface half way between two levels may be as far
@@ -123,9 +114,9 @@ float LevelNeed::needFor(const double* errors, double tolerance) const
     double need = 0.0;
     double finer = 0.0;
     for (std::size_t k = _levelCount; k-- > 0;) {
-        const double error = std::max(errors[k], kErrorRatio * finer);
-        const double part =
-            _conservative ? progress(tolerance, kErrorRatio * error, error) : progress(tolerance, error, finer);
+        const double error = errors[k];
+        const double part = _kernelView.conservative ? progress(tolerance, kErrorRatio * error, error)
+                                                     : progress(tolerance, error, finer);
         need += part;
         if (part >= 1.0) { // as of all coarser levels
             need += static_cast<double>(k);
@@ -133,39 +124,19 @@ float LevelNeed::needFor(const double* errors, double tolerance) const
         }
         finer = error;
     }
-    return std::min(static_cast<float>(need), _most);
-}
-
-float LevelNeed::ofPatch(const BoundSphere& sphere, const float* errors) const
-{
-    const Sight sight = sightOf(sphere.center, sphere.radius);
-    LevelArray seen;
-    errorsAlong(sight, errors, seen.data());
-    if (_view.orthographic) { return needFor(seen.data(), _slope); }
-    const float* isotropic = errors + 6 * _levelCount;
-    const double perDepth = _slope * sight.leastCosine;
-    for (std::size_t k = 0; k < _levelCount; ++k) { seen[k] += isotropic[k] * perDepth; }
-    return needFor(seen.data(), perDepth * sight.leastDepth);
-}
-
-float LevelNeed::atBorder(const osg::Vec3f& middle, const float* errors) const
-{
-    const Sight sight = sightOf(middle, 0.0);
-    LevelArray seen;
-    errorsAlong(sight, errors, seen.data());
-    return needFor(seen.data(), _slope * sight.distance);
+    return std::min(static_cast<float>(need), _kernelView.most);
 }
 
 LevelNeed::Range LevelNeed::ofPatches(const BoundSphere& sphere, const float* bounds) const
 {
-    const Sight sight = sightOf(sphere.center, sphere.radius);
+    const Sight sight = sightOf(sphere);
     const auto row = [&](BoundRow which) { return bounds + which * _levelCount; };
-    const float* least = row(_isotropic ? kLeastIsotropic : kLeastSeen);
+    const float* least = row(_kernelView.isotropic ? kLeastIsotropic : kLeastSeen);
     const float* largest = row(kLargestIsotropic);
     double lowTolerance = _slope * sight.nearest;
-    double highTolerance = _slope * (_view.orthographic ? 1.0 : sight.distance + sphere.radius);
+    double highTolerance = _slope * (_view.orthographic ? 1.0 : sight.distance + double{sphere.radius});
     double loss = 0.0;
-    if (_conservative && !_view.orthographic) {
+    if (_kernelView.conservative && !_view.orthographic) {
         lowTolerance = _slope * sight.leastCosine * sight.leastDepth;
         highTolerance *= sight.largestCosine;
         loss = _slope * sight.largestCosine;
@@ -173,17 +144,11 @@ LevelNeed::Range LevelNeed::ofPatches(const BoundSphere& sphere, const float* bo
     LevelArray low;
     LevelArray high;
     for (std::size_t k = 0; k < _levelCount; ++k) {
-        low[k] = least[k] * (1.0 - kRounding);
-        high[k] = largest[k] * (1.0 + loss) * (1.0 + kRounding);
+        low[k] = double{least[k]} * (1.0 - kRounding);
+        high[k] = double{largest[k]} * (1.0 + loss) * (1.0 + kRounding);
     }
     return {needFor(low.data(), highTolerance * (1.0 + kRounding)),
             needFor(high.data(), lowTolerance * (1.0 - kRounding))};
-}
-
-bool LevelNeed::isSaturated(float need, unsigned finest) const
-{
-    const auto level = static_cast<float>(finest);
-    return _conservative ? need >= level + 1.0F : need > level;
 }
 
 } // namespace osgTessLOD

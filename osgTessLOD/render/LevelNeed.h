@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/render/LevelNeedKernel.h>
 #include <osgTessLOD/render/SelectionOptions.h>
 #include <osgTessLOD/render/SelectionView.h>
 
@@ -21,27 +22,24 @@ struct BoundSphere {
 ///
 /// The need is a continuous function of the view and grows with the errors. For that the errors must fall strictly from level
 /// to level: where a finer level is no better than a coarser one, the level would jump from k to k + 1 in the moment the coarse
-/// one no longer suffices. So the coarser error is taken to be at least kErrorRatio times the finer: never less than the true
-/// one, so the bound is kept.
+/// one no longer suffices. So PatchBlocks takes the coarser error to be at least kErrorRatio times the finer: never less than
+/// the true one, so the bound is kept.
 class LevelNeed {
 public:
     static constexpr double kErrorRatio = 1.1;
-    /// Rows of a patch's errors, each a number per level, 0 above its finest: ViewError::q, then the isotropic error.
-    static constexpr std::size_t kErrorRows = 7;
-    /// Rows of what holds for all of several patches.
+    /// Rows of what holds for all of several patches, a number per level.
     enum BoundRow { kLeastSeen, kLeastIsotropic, kLargestIsotropic, kBoundRows };
 
-    /// Needs are at most finestAllowed + 1.
-    LevelNeed(const SelectionView& view, const SelectionOptions& options, std::size_t levelCount,
-              unsigned finestAllowed);
+    /// Needs are at most finestAllowed + 1. Spheres and errors are in units of which there are `unitsPerLength` in one of the
+    /// view's space.
+    LevelNeed(const SelectionView& view, const SelectionOptions& options, std::size_t levelCount, unsigned finestAllowed,
+              double unitsPerLength);
 
     /// Is the patch's bounding sphere to be asked for (Conservative), or the middle of each border?
-    bool isPerPatch() const { return _conservative; }
+    bool isPerPatch() const { return _kernelView.conservative; }
 
-    /// Conservative: of a patch of which all that is ever drawn lies in the sphere.
-    float ofPatch(const BoundSphere& sphere, const float* errors) const;
-    /// FirstOrder: of a patch at a border with its middle there.
-    float atBorder(const osg::Vec3f& middle, const float* errors) const;
+    /// What needs of single patches are computed from.
+    const kernel::View& kernelView() const { return _kernelView; }
 
     struct Range {
         float least;
@@ -50,21 +48,15 @@ public:
     /// Contains the needs of all patches whose spheres lie in this one.
     Range ofPatches(const BoundSphere& sphere, const float* bounds) const;
 
-    /// Is level `finest` not good enough where this is needed?
-    bool isSaturated(float need, unsigned finest) const;
-
 private:
     struct Sight;
-    Sight sightOf(const osg::Vec3f& center, double radius) const;
-    void errorsAlong(const Sight& sight, const float* errors, double* seen) const;
+    Sight sightOf(const BoundSphere& sphere) const;
     float needFor(const double* errors, double tolerance) const;
 
-    SelectionView _view;
-    bool _conservative;
-    bool _isotropic;
+    SelectionView _view; ///< in these units
     std::size_t _levelCount;
-    float _most;
-    double _slope; ///< of the tolerance: object units per object unit of distance; orthographic: the tolerance
+    double _slope; ///< of the tolerance: per distance; orthographic: the tolerance
+    kernel::View _kernelView;
 };
 
 } // namespace osgTessLOD

@@ -69,7 +69,7 @@ std::vector<osg::Plane> frustumOf(osgUtil::CullVisitor& visitor)
 
 /// Extends the visitor's near and far planes by the spheres of the patches that are drawn: nearer to them than the box of all is.
 /// False if all are behind the eye.
-bool updateNearFarByPatches(osgUtil::CullVisitor& visitor, const LodAsset& asset, const std::vector<PatchRecord>& records)
+bool updateNearFarByPatches(osgUtil::CullVisitor& visitor, const LodAsset& asset, const PatchRecords& records)
 {
     const osg::Matrixd& matrix = *visitor.getModelViewMatrix();
     const osg::Vec3d toEye(matrix(0, 2), matrix(1, 2), matrix(2, 2)); // grows towards the eye by its length per unit

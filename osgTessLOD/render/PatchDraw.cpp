@@ -17,7 +17,7 @@ constexpr GLuint kRecordAttribute = 0;
 /// A record is a patch of one vertex; the tessellator makes the others.
 class TessellationDraw : public PatchDraw {
 public:
-    TessellationDraw(osg::State& state, const std::vector<PatchRecord>& records)
+    TessellationDraw(osg::State& state, const PatchRecords& records)
         : PatchDraw(state, records)
     {
         pointAt(0);
@@ -32,7 +32,7 @@ public:
 /// A record is an instance of the pattern's triangles.
 class InstancedDraw : public PatchDraw {
 public:
-    InstancedDraw(osg::State& state, const std::vector<PatchRecord>& records)
+    InstancedDraw(osg::State& state, const PatchRecords& records)
         : PatchDraw(state, records)
         , _gl(*state.get<osg::GLExtensions>())
     {
@@ -54,13 +54,13 @@ private:
 
 } // namespace
 
-std::unique_ptr<PatchDraw> PatchDraw::make(Backend backend, osg::State& state, const std::vector<PatchRecord>& records)
+std::unique_ptr<PatchDraw> PatchDraw::make(Backend backend, osg::State& state, const PatchRecords& records)
 {
     if (backend == Backend::Tessellation) { return std::make_unique<TessellationDraw>(state, records); }
     return std::make_unique<InstancedDraw>(state, records);
 }
 
-PatchDraw::PatchDraw(osg::State& state, const std::vector<PatchRecord>& records)
+PatchDraw::PatchDraw(osg::State& state, const PatchRecords& records)
     : _state(state)
 {
     state.lazyDisablingOfVertexAttributes();

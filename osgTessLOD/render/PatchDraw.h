@@ -17,7 +17,7 @@ namespace osgTessLOD {
 class PatchDraw {
 public:
     /// `backend` is not Auto; the context of `state` can do it. Keeps a reference to the state.
-    static std::unique_ptr<PatchDraw> make(Backend backend, osg::State& state, const std::vector<PatchRecord>& records);
+    static std::unique_ptr<PatchDraw> make(Backend backend, osg::State& state, const PatchRecords& records);
     virtual ~PatchDraw();
     PatchDraw(const PatchDraw&) = delete;
     PatchDraw& operator=(const PatchDraw&) = delete;
@@ -26,7 +26,7 @@ public:
     virtual void draw(std::size_t first, std::size_t count, unsigned factor) = 0;
 
 protected:
-    PatchDraw(osg::State& state, const std::vector<PatchRecord>& records);
+    PatchDraw(osg::State& state, const PatchRecords& records);
     /// Has the records from `first` on be vertex attribute 0.
     void pointAt(std::size_t first);
     osg::State& state() { return _state; }

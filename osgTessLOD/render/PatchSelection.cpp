@@ -52,7 +52,7 @@ PatchSelection::PatchSelection()
     setCullingActive(false);              // it exists because it was found visible
 }
 
-PatchSelection::PatchSelection(const GpuAsset* asset, std::vector<PatchRecord> records, SelectionStatistics statistics,
+PatchSelection::PatchSelection(const GpuAsset* asset, PatchRecords records, SelectionStatistics statistics,
                                const SelectionView& view, Backend backend)
     : PatchSelection()
 {
@@ -92,7 +92,7 @@ void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, cons
     }
     state.pushStateSet(&program);
     for (std::size_t page = 0; page < pages.pages().size(); ++page) {
-        const std::vector<PatchRecord>& records = byPage.empty() ? _records : byPage[page];
+        const PatchRecords records = byPage.empty() ? _records : PatchRecords(std::move(byPage[page]));
         if (records.empty()) { continue; }
         state.pushStateSet(pages.pages()[page].state.get());
         state.apply();
@@ -109,7 +109,7 @@ void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, cons
 
 /// Calls draw(first record, count, factor) for pieces of one level and of at most `verticesPerDraw` tessellated vertices.
 template <typename Draw>
-void PatchSelection::forEachDraw(const std::vector<PatchRecord>& records, std::uint64_t verticesPerDraw,
+void PatchSelection::forEachDraw(const PatchRecords& records, std::uint64_t verticesPerDraw,
                                  const Draw& draw) const
 {
     const auto levelOf = [&](std::size_t k) { return MorphedSurface::drawnLevel(records[k].edgeLevels); };
@@ -137,7 +137,7 @@ void PatchSelection::drawImplementation(osg::RenderInfo& renderInfo) const
     const std::optional<Backend> backend = this->backend(renderInfo);
     if (!backend) { return; }
     osg::State& state = *renderInfo.getState();
-    forEachPage(state, *_asset->programs().draw(*backend, state), [&](const std::vector<PatchRecord>& records) {
+    forEachPage(state, *_asset->programs().draw(*backend, state), [&](const PatchRecords& records) {
         const std::unique_ptr<PatchDraw> patches = PatchDraw::make(*backend, state, records);
         forEachDraw(
             records, DrawContext::of(state).verticesPerDraw(),
@@ -154,7 +154,7 @@ std::vector<osg::Vec3f> PatchSelection::capture(osg::RenderInfo& renderInfo, con
     if (!backend) { return corners; }
     osg::State& state = *renderInfo.getState();
     const osg::ref_ptr<osg::StateSet> program = _asset->programs().capture(*backend, varying);
-    forEachPage(state, *program, [&](const std::vector<PatchRecord>& records) {
+    forEachPage(state, *program, [&](const PatchRecords& records) {
         const std::unique_ptr<PatchDraw> patches = PatchDraw::make(*backend, state, records);
         TransformFeedback feedback(state);
         const auto captureDraw = [&](std::size_t first, std::size_t count, unsigned factor) {

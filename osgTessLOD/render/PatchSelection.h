@@ -2,13 +2,14 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
+#include <osgTessLOD/render/PatchRecords.h>
 #include <osgTessLOD/render/SelectionOptions.h>
+#include <osgTessLOD/render/SelectionStatistics.h>
 #include <osgTessLOD/render/SelectionView.h>
 
 #include <osg/Drawable>
 #include <osg/Matrixd>
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -18,23 +19,6 @@ namespace osgTessLOD {
 
 class GpuAsset;
 
-/// One visible patch as the vertex shader receives it: 16 bytes.
-struct PatchRecord {
-    std::uint32_t patch;
-    std::array<float, 3> edgeLevels; ///< continuous level of sides 0, 1, 2; the patch's own is their largest
-};
-
-/// What one selection chose.
-struct OSGTESSLOD_EXPORT SelectionStatistics {
-    std::uint64_t patches = 0; ///< drawn
-    std::uint64_t culledPatches = 0;
-    std::uint64_t saturatedPatches = 0;        ///< drawn at their finest level, not enough for the error asked
-    std::uint64_t triangles = 0;               ///< that the tessellator emits
-    std::vector<std::uint64_t> patchesByLevel; ///< drawn patches per ladder entry
-
-    void add(const SelectionStatistics& other);
-};
-
 /// The immutable result of one cull visit, and the leaf that draws it: the visible patches grouped by tessellation
 /// factor. Brings the state that it is drawn with. Holds a reference to the shared asset; owns no GL objects.
 class OSGTESSLOD_EXPORT PatchSelection : public osg::Drawable {
@@ -42,12 +26,12 @@ public:
     PatchSelection();
     /// Draws `records` in their order: consecutive ones of equal level go in one draw, so sort them by level. No side's
     /// level may be above its edge's finest. See PatchSelector. `asset` is not null.
-    PatchSelection(const GpuAsset* asset, std::vector<PatchRecord> records, SelectionStatistics statistics,
+    PatchSelection(const GpuAsset* asset, PatchRecords records, SelectionStatistics statistics,
                    const SelectionView& view, Backend backend = Backend::Auto);
     PatchSelection(const PatchSelection& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
     META_Object(osgTessLOD, PatchSelection)
 
-    const std::vector<PatchRecord>& records() const { return _records; }
+    const PatchRecords& records() const { return _records; }
     const SelectionStatistics& statistics() const { return _statistics; }
     const SelectionView& view() const { return _view; }
     /// What draws it in the context of `renderInfo`, which must be current: never Auto; nothing if the context cannot draw it.
@@ -72,10 +56,10 @@ protected:
 private:
     template <typename Draw> void forEachPage(osg::State& state, osg::StateSet& program, const Draw& draw) const;
     template <typename Draw>
-    void forEachDraw(const std::vector<PatchRecord>& records, std::uint64_t verticesPerDraw, const Draw& draw) const;
+    void forEachDraw(const PatchRecords& records, std::uint64_t verticesPerDraw, const Draw& draw) const;
 
     osg::ref_ptr<const GpuAsset> _asset;
-    std::vector<PatchRecord> _records;
+    PatchRecords _records;
     SelectionStatistics _statistics;
     SelectionView _view;
     Backend _backend = Backend::Auto; ///< asked for

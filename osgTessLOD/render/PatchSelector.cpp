@@ -3,30 +3,24 @@
 #include <osgTessLOD/render/PatchSelector.h>
 
 #include <osgTessLOD/asset/TessellationPattern.h>
+#include <osgTessLOD/asset/ViewError.h>
+#include <osgTessLOD/render/LevelNeed.h>
 #include <osgTessLOD/render/MorphedSurface.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <mutex>
+#include <optional>
 
 namespace osgTessLOD {
 
 namespace {
 
-/// The middle of the displaced border: what FirstOrder sees the error from. Both sides have the same bits.
-osg::Vec3f borderMiddle(const LodAsset& asset, const MorphedSurface& surface, std::uint32_t patch, std::uint32_t side)
-{
-    const unsigned finest = asset.edges[asset.patches[patch].edges[side]].finestLevel;
-    const std::uint32_t factor = asset.ladder[finest];
-    const auto level = static_cast<float>(finest);
-    const auto point = [&](std::uint32_t index) {
-        const auto p = surface.tessLodSurfacePoint(patch, {level, level, level}, index % (3 * factor)).position;
-        return osg::Vec3f(p[0], p[1], p[2]);
-    };
-    const std::uint32_t first = side * factor;
-    return factor > 1 ? point(first + factor / 2) : (point(first) + point(first + 1)) * 0.5F;
-}
+/// The needs of fewer patches than this are not bounded together: to bound them takes about as long as to compute them.
+constexpr std::uint32_t kFewPatches = 64;
+constexpr unsigned kAllLanes = (1U << kernel::kLanes) - 1;
 
 std::vector<BoundSphere> boundSpheres(const LodAsset& asset)
 {
@@ -37,94 +31,60 @@ std::vector<BoundSphere> boundSpheres(const LodAsset& asset)
     return spheres;
 }
 
-/// The records in the order of the levels they are drawn with, `counts` of each, otherwise in the order they have.
-std::vector<PatchRecord> groupedByLevel(const std::vector<PatchRecord>& records,
-                                        const std::vector<std::uint64_t>& counts)
+std::uint64_t triangleCount(const std::vector<std::uint64_t>& patchesByLevel, const std::vector<std::uint16_t>& ladder)
 {
-    std::vector<std::uint64_t> next(counts.size(), 0);
-    std::partial_sum(counts.begin(), counts.end() - 1, next.begin() + 1);
-    std::vector<PatchRecord> grouped(records.size());
-    for (const PatchRecord& record : records) {
-        grouped[next[MorphedSurface::drawnLevel(record.edgeLevels)]++] = record;
+    std::uint64_t triangles = 0;
+    for (std::size_t level = 0; level < ladder.size(); ++level) {
+        triangles += patchesByLevel[level] * TessellationPattern::triangleCount(ladder[level]);
     }
-    return grouped;
+    return triangles;
 }
 
-/// Signed distance of the sphere's centre from a plane of unit length.
-double distanceTo(const osg::Plane& plane, const BoundSphere& sphere)
+/// An array whose elements have no values yet.
+std::shared_ptr<PatchRecord[]> roomForRecords(std::size_t count)
 {
-    return plane.distance(osg::Vec3d(sphere.center));
+    return std::shared_ptr<PatchRecord[]>(new PatchRecord[count]);
 }
 
 } // namespace
 
+/// uniformRecords() that were asked for.
+struct PatchSelector::UniformRecords {
+    std::array<std::once_flag, LodAsset::kMaxLevels> once;
+    std::array<PatchRecords, LodAsset::kMaxLevels> records;
+};
+
 PatchSelector::PatchSelector(const LodAsset& asset)
     : _ladder(asset.ladder)
     , _tree(boundSpheres(asset))
-    , _edgeSides(asset.edges.size(), kNoPatch)
+    , _blocks(asset, _tree.order())
+    , _uniform(std::make_unique<UniformRecords>())
 {
-    addPatches(asset);
-    linkSides(asset);
     boundNodes();
 }
 
-void PatchSelector::addPatches(const LodAsset& asset)
-{
-    const MorphedSurface surface(asset);
-    const std::vector<BoundSphere> spheres = boundSpheres(asset);
-    for (const std::uint32_t number : _tree.order()) {
-        Patch patch{number, {}, {}, {}, spheres[number]};
-        for (std::uint32_t side = 0; side < 3; ++side) {
-            patch.borderMiddles[side] = borderMiddle(asset, surface, number, side);
-            patch.borderFinest[side] = asset.edges[asset.patches[number].edges[side]].finestLevel;
-        }
-        _patches.push_back(patch);
-    }
-
-    const std::size_t levelCount = _ladder.size();
-    _errors.assign(_patches.size() * LevelNeed::kErrorRows * levelCount, 0.0F);
-    for (std::size_t level = 0; level < levelCount; ++level) {
-        const std::vector<std::uint32_t> slots = asset.levelSlots(level);
-        for (std::size_t position = 0; position < _patches.size(); ++position) {
-            const std::uint32_t slot = slots[_patches[position].number];
-            if (slot == kNoPatch) { continue; }
-            const LevelError& error = asset.levels[level].errors[slot];
-            float* at = &_errors[position * LevelNeed::kErrorRows * levelCount + level];
-            for (std::size_t k = 0; k < error.quadratic.q.size(); ++k) { at[k * levelCount] = error.quadratic.q[k]; }
-            at[error.quadratic.q.size() * levelCount] = error.isotropic;
-        }
-    }
-}
-
-void PatchSelector::linkSides(const LodAsset& asset)
-{
-    for (std::uint32_t position = 0; position < _patches.size(); ++position) {
-        for (std::uint32_t side = 0; side < 3; ++side) {
-            const std::uint32_t own = 3 * position + side;
-            std::uint32_t& first = _edgeSides[asset.patches[_patches[position].number].edges[side]];
-            if (first == kNoPatch) { first = own; }
-            _patches[position].twins[side] = first;
-            _patches[first / 3].twins[first % 3] = own;
-        }
-    }
-}
+PatchSelector::~PatchSelector() = default;
 
 void PatchSelector::boundNodes()
 {
     const std::size_t levelCount = _ladder.size();
     const std::size_t nodeSize = LevelNeed::kBoundRows * levelCount;
+    const auto units = static_cast<float>(_blocks.unitsPerLength());
     _nodeBounds.resize(_tree.nodes().size() * nodeSize);
     for (std::size_t n = 0; n < _tree.nodes().size(); ++n) {
         const PatchTree::Node& node = _tree.nodes()[n];
+        _nodeSpheres.push_back({node.sphere.center * units, node.sphere.radius * units});
+        if (node.count < kFewPatches && n > 0) { continue; }
         for (std::size_t level = 0; level < levelCount; ++level) {
             float leastSeen = std::numeric_limits<float>::max();
             float leastIsotropic = leastSeen;
             float largestIsotropic = 0.0F;
-            for (std::size_t position = node.first; position < node.first + node.count; ++position) {
-                const float* at = &_errors[position * LevelNeed::kErrorRows * levelCount + level];
+            for (std::uint32_t position = node.first; position < node.first + node.count; ++position) {
+                const kernel::Errors& errors = _blocks.errors(position / PatchBlocks::kLanes)[level];
+                const std::size_t lane = position % PatchBlocks::kLanes;
                 ViewError error;
-                for (std::size_t k = 0; k < error.q.size(); ++k) { error.q[k] = at[k * levelCount]; }
-                const float isotropic = at[error.q.size() * levelCount];
+                for (std::size_t k = 0; k < error.q.size(); ++k) { error.q[k] = errors.q[k][lane]; }
+                const float isotropic = errors.isotropic[lane];
                 const auto seen = static_cast<float>(error.smallest());
                 leastSeen = std::min({leastSeen, std::nextafter(seen, 0.0F), isotropic});
                 leastIsotropic = std::min(leastIsotropic, isotropic);
@@ -146,171 +106,316 @@ unsigned PatchSelector::capOf(const SelectionOptions& options) const
     return cap;
 }
 
-/// What the patch needs at each of its sides.
-std::array<float, 3> PatchSelector::needsOf(std::uint32_t position, const LevelNeed& need) const
+/// One selection under way.
+class PatchSelector::Visit {
+public:
+    Visit(const PatchSelector& selector, const SelectionView& view, const SelectionOptions& options)
+        : _selector(selector)
+        , _blocks(selector._blocks)
+        , _kernel(kernel::best())
+        , _cap(selector.capOf(options))
+        , _need(view, options, selector._ladder.size(), _cap, _blocks.unitsPerLength())
+        , _stride(_need.isPerPatch() ? 0 : _blocks.positionCount())
+    {
+    }
+
+    Result run(const std::vector<osg::Plane>& frustum, CulledFaces faces)
+    {
+        setFrustum(frustum);
+        _faces = faces;
+        if (_blocks.patchCount() == 0) { return {PatchRecords(), _selector.statisticsOf({})}; }
+        if (std::optional<Result> all = ifAllNeedTheSame()) { return *std::move(all); }
+        makeRoomForNeeds();
+        _visible.reserve(_blocks.blockCount());
+        visit(0, (1U << _planes.size()) - 1);
+        findNeeds();
+        return result();
+    }
+
+    EdgeLevel edgeLevel(std::uint32_t edge)
+    {
+        makeRoomForNeeds();
+        std::fill_n(_needs.get(), _blocks.positionCount() * (_need.isPerPatch() ? 1 : 3), 0.0F);
+        const std::uint32_t side = _blocks.sideOfEdge(edge);
+        const std::uint32_t block = side / 3 / PatchBlocks::kLanes;
+        const std::uint32_t lane = side / 3 % PatchBlocks::kLanes;
+        const kernel::Borders& borders = _blocks.borders(block);
+        const std::uint32_t twinBlock = borders.twins[side % 3][lane] / PatchBlocks::kLanes;
+        const std::uint32_t twinLane = borders.twins[side % 3][lane] % PatchBlocks::kLanes;
+        findNeedsOf(block);
+        for (const std::uint32_t* n = _blocks.neighboursBegin(block); n != _blocks.neighboursEnd(block); ++n) {
+            findNeedsOf(*n);
+        }
+        kernel::Levels levels;
+        const unsigned saturated = levelsOf(block, levels);
+        kernel::Levels ofTwin; // not right: what the twin's other neighbours need is not known
+        const unsigned twinSaturated = levelsOf(twinBlock, ofTwin);
+        return {levels.edges[side % 3][lane], (saturated >> lane & 1U) != 0 || (twinSaturated >> twinLane & 1U) != 0};
+    }
+
+private:
+    struct VisibleBlock {
+        std::uint32_t block;
+        unsigned lanes;
+    };
+
+    void setFrustum(const std::vector<osg::Plane>& frustum)
+    {
+        constexpr std::size_t kMostPlanes = 32; // bits of an unsigned
+        for (osg::Plane plane : frustum) {
+            if (_planes.size() == kMostPlanes) { break; }
+            plane.makeUnitLength();
+            const osg::Vec4d p = plane.asVec4();
+            _planes.push_back({p.x(), p.y(), p.z(), p.w() * _blocks.unitsPerLength()});
+            std::array<float, 4>& rounded = _roundedPlanes.emplace_back();
+            for (int k = 0; k < 4; ++k) { rounded[static_cast<std::size_t>(k)] = static_cast<float>(_planes.back()[k]); }
+        }
+    }
+
+    /// Signed distance of a node's centre from a plane.
+    double distanceTo(std::size_t plane, const BoundSphere& sphere) const
+    {
+        const osg::Vec4d& p = _planes[plane];
+        return p.x() * double{sphere.center.x()} + p.y() * double{sphere.center.y()} + p.z() * double{sphere.center.z()} + p.w();
+    }
+
+    /// Those of `planes` (bits) that part of the node may lie behind; nothing if all of it lies behind one.
+    std::optional<unsigned> planesThrough(const BoundSphere& sphere, unsigned planes) const
+    {
+        for (std::size_t k = 0; planes >> k != 0; ++k) {
+            if ((planes >> k & 1U) == 0) { continue; }
+            const double distance = distanceTo(k, sphere);
+            if (distance < -double{sphere.radius}) { return std::nullopt; }
+            if (distance > double{sphere.radius}) { planes &= ~(1U << k); }
+        }
+        return planes;
+    }
+
+    LevelNeed::Range rangeOf(std::size_t node) const
+    {
+        return _need.ofPatches(_selector._nodeSpheres[node],
+                               &_selector._nodeBounds[node * LevelNeed::kBoundRows * _selector._ladder.size()]);
+    }
+
+    /// All patches in view, and at one level: their records are there already.
+    std::optional<Result> ifAllNeedTheSame() const
+    {
+        const std::optional<unsigned> planes = planesThrough(_selector._nodeSpheres[0], (1U << _planes.size()) - 1);
+        if (!planes || *planes != 0) { return std::nullopt; }
+        const LevelNeed::Range range = rangeOf(0);
+        const float level = std::min(range.least, static_cast<float>(_cap));
+        if (range.least != range.largest || level != std::floor(level)) { return std::nullopt; }
+        if (_faces != CulledFaces::None && level > 0.0F) { return std::nullopt; }
+        Result result;
+        result.records = _selector.uniformRecords(static_cast<unsigned>(level));
+        SelectionStatistics& statistics = result.statistics;
+        statistics.patches = _blocks.patchCount();
+        statistics.patchesByLevel.assign(_selector._ladder.size(), 0);
+        for (std::size_t reach = 0; reach < _blocks.patchesByReach().size(); ++reach) {
+            const auto drawn = std::min(static_cast<std::size_t>(level), reach);
+            statistics.patchesByLevel[drawn] += _blocks.patchesByReach()[reach];
+            if (isSaturated(range.least, static_cast<unsigned>(reach))) {
+                statistics.saturatedPatches += _blocks.patchesByReach()[reach];
+            }
+        }
+        statistics.triangles = triangleCount(statistics.patchesByLevel, _selector._ladder);
+        return result;
+    }
+
+    /// Is what a patch with a border up to level `reach` has, not good enough where this is needed?
+    bool isSaturated(float need, unsigned reach) const
+    {
+        const auto finest = static_cast<float>(std::min(reach, _cap));
+        return _need.isPerPatch() ? need >= finest + 1.0F : need > finest;
+    }
+
+    /// `planes`: those that part of the node may lie behind.
+    void visit(std::uint32_t number, unsigned planes)
+    {
+        const PatchTree::Node& node = _selector._tree.nodes()[number];
+        const std::optional<unsigned> through = planesThrough(_selector._nodeSpheres[number], planes);
+        if (!through) { return; }
+        const bool beginsUniform = !_inUniformNode && node.count >= kFewPatches && setNeedsIfUniform(number);
+        _inUniformNode = _inUniformNode || beginsUniform;
+        const bool isWhole = *through == 0 && (_inUniformNode || node.count < kFewPatches);
+        if (isWhole || node.right == 0) {
+            addBlocks(node, *through);
+        } else {
+            visit(number + 1, *through);
+            visit(node.right, *through);
+        }
+        if (beginsUniform) { _inUniformNode = false; }
+    }
+
+    bool setNeedsIfUniform(std::uint32_t number)
+    {
+        const LevelNeed::Range range = rangeOf(number);
+        if (range.least != range.largest) { return false; }
+        setNeeds(_selector._tree.nodes()[number], range.least);
+        return true;
+    }
+
+    void addBlocks(const PatchTree::Node& node, unsigned planes)
+    {
+        const std::uint32_t end = (node.first + node.count + PatchBlocks::kLanes - 1) / PatchBlocks::kLanes;
+        for (std::uint32_t block = node.first / PatchBlocks::kLanes; block < end; ++block) {
+            unsigned lanes = _blocks.lanesOf(block);
+            for (std::size_t k = 0; planes >> k != 0; ++k) {
+                if ((planes >> k & 1U) != 0) { lanes &= ~_kernel.behind(_roundedPlanes[k].data(), _blocks.spheres(block)); }
+            }
+            if (_faces != CulledFaces::None && lanes != 0) {
+                lanes &= ~_kernel.hidden(_need.kernelView(), _blocks.spheres(block), _blocks.cones(block),
+                                         _faces == CulledFaces::Back ? 1.0F : -1.0F);
+            }
+            if (lanes != 0) { _visible.push_back({block, lanes}); }
+        }
+    }
+
+    void makeRoomForNeeds()
+    {
+        _needs = std::unique_ptr<float[]>(new float[std::size_t{_blocks.positionCount()} * (_need.isPerPatch() ? 1 : 3)]);
+        _known.assign(_blocks.blockCount(), 0);
+    }
+
+    /// Also of patches that are not visible: their neighbours ask for it.
+    void setNeeds(const PatchTree::Node& node, float need)
+    {
+        const std::uint32_t first = node.first / PatchBlocks::kLanes;
+        const std::uint32_t end = (node.first + node.count + PatchBlocks::kLanes - 1) / PatchBlocks::kLanes;
+        std::fill(_known.begin() + first, _known.begin() + end, std::uint8_t{1});
+        for (std::uint32_t side = 0; side < (_need.isPerPatch() ? 1U : 3U); ++side) {
+            float* needs = &_needs[side * _stride];
+            std::fill(needs + first * PatchBlocks::kLanes, needs + end * PatchBlocks::kLanes, need);
+        }
+    }
+
+    void findNeeds()
+    {
+        for (const VisibleBlock& visible : _visible) { findNeedsOf(visible.block); }
+        if (_visible.size() == _blocks.blockCount()) { return; }
+        for (const VisibleBlock& visible : _visible) {
+            const std::uint32_t* end = _blocks.neighboursEnd(visible.block);
+            for (const std::uint32_t* block = _blocks.neighboursBegin(visible.block); block != end; ++block) {
+                findNeedsOf(*block);
+            }
+        }
+    }
+
+    void findNeedsOf(std::uint32_t block)
+    {
+        if (_known[block] != 0) { return; }
+        _known[block] = 1;
+        float* needs = &_needs[block * PatchBlocks::kLanes];
+        const kernel::Errors* errors = _blocks.errors(block);
+        if (_need.isPerPatch()) {
+            _kernel.needs(_need.kernelView(), _blocks.spheres(block), errors, _hint, needs);
+            return;
+        }
+        for (std::size_t side = 0; side < 3; ++side) {
+            _kernel.needs(_need.kernelView(), _blocks.middles(block)[side], errors, _hint, needs + side * _stride);
+        }
+        if (_blocks.hasShortBorders(block)) { carryNeeds(_blocks.borders(block), needs); }
+    }
+
+    /// Of each patch to the first of its borders that goes on farthest, from those that end before.
+    void carryNeeds(const kernel::Borders& borders, float* needs) const
+    {
+        for (std::size_t lane = 0; lane < PatchBlocks::kLanes; ++lane) {
+            std::size_t carrier = 0;
+            while (borders.finest[carrier][lane] < borders.reach[lane]) { ++carrier; }
+            float& carried = needs[carrier * _stride + lane];
+            for (std::size_t side = 0; side < 3; ++side) {
+                if (borders.finest[side][lane] < borders.reach[lane]) {
+                    carried = std::max(carried, needs[side * _stride + lane]);
+                }
+            }
+        }
+    }
+
+    /// Bits of patches that are saturated.
+    unsigned levelsOf(std::uint32_t block, kernel::Levels& levels) const
+    {
+        return _kernel.levels(_need.kernelView(), _blocks.borders(block), _needs.get(), _stride,
+                              block * PatchBlocks::kLanes, static_cast<float>(_cap), levels);
+    }
+
+    Result result()
+    {
+        std::size_t count = 0;
+        for (const VisibleBlock& visible : _visible) {
+            count += static_cast<std::size_t>(__builtin_popcount(visible.lanes));
+        }
+        const std::shared_ptr<PatchRecord[]> records = roomForRecords(count);
+        const std::unique_ptr<std::uint8_t[]> drawn(new std::uint8_t[count]);
+        std::array<std::uint64_t, LodAsset::kMaxLevels> counts{};
+        std::size_t next = 0;
+        std::uint64_t saturated = 0;
+        for (const VisibleBlock& visible : _visible) {
+            kernel::Levels levels;
+            saturated += static_cast<std::uint64_t>(__builtin_popcount(levelsOf(visible.block, levels) & visible.lanes));
+            const kernel::Borders& borders = _blocks.borders(visible.block);
+            for (unsigned lanes = visible.lanes; lanes != 0; lanes &= lanes - 1) {
+                const auto lane = static_cast<unsigned>(__builtin_ctz(lanes));
+                records[next] = {borders.numbers[lane],
+                                 {levels.edges[0][lane], levels.edges[1][lane], levels.edges[2][lane]}};
+                drawn[next] = static_cast<std::uint8_t>(levels.drawn[lane]);
+                ++counts[static_cast<std::size_t>(levels.drawn[lane])];
+                ++next;
+            }
+        }
+        Result result;
+        result.records = groupedByLevel(records, drawn.get(), count, counts);
+        SelectionStatistics& statistics = result.statistics;
+        statistics.patches = count;
+        statistics.culledPatches = _blocks.patchCount() - count;
+        statistics.saturatedPatches = saturated;
+        statistics.patchesByLevel.assign(counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(_selector._ladder.size()));
+        statistics.triangles = triangleCount(statistics.patchesByLevel, _selector._ladder);
+        return result;
+    }
+
+    /// In the order of the levels they are drawn with, otherwise in the order they have.
+    static PatchRecords groupedByLevel(const std::shared_ptr<PatchRecord[]>& records, const std::uint8_t* drawn,
+                                       std::size_t count, const std::array<std::uint64_t, LodAsset::kMaxLevels>& counts)
+    {
+        if (*std::max_element(counts.begin(), counts.end()) == count) { return {records, count}; }
+        std::array<std::uint64_t, LodAsset::kMaxLevels> next{};
+        for (std::size_t level = 1; level < next.size(); ++level) { next[level] = next[level - 1] + counts[level - 1]; }
+        const std::shared_ptr<PatchRecord[]> grouped = roomForRecords(count);
+        for (std::size_t k = 0; k < count; ++k) { grouped[next[drawn[k]]++] = records[k]; }
+        return {grouped, count};
+    }
+
+    const PatchSelector& _selector;
+    const PatchBlocks& _blocks;
+    const kernel::Kernel& _kernel;
+    unsigned _cap;
+    LevelNeed _need;
+    std::uint32_t _stride; ///< of needs, from side to side
+    std::vector<osg::Vec4d> _planes;
+    std::vector<std::array<float, 4>> _roundedPlanes;
+    CulledFaces _faces = CulledFaces::None;
+    bool _inUniformNode = false;
+    std::vector<VisibleBlock> _visible;
+    std::unique_ptr<float[]> _needs; ///< at [side · stride + position] of blocks that are known
+    std::vector<std::uint8_t> _known;
+    int _hint = 0;
+};
+
+PatchSelector::Result PatchSelector::select(const SelectionView& view, const SelectionOptions& options,
+                                            const std::vector<osg::Plane>& frustum, CulledFaces faces) const
 {
-    const Patch& patch = _patches[position];
-    const float* errors = &_errors[position * LevelNeed::kErrorRows * _ladder.size()];
-    if (need.isPerPatch()) {
-        const float all = need.ofPatch(patch.sphere, errors);
-        return {all, all, all};
-    }
-    std::array<float, 3> needs{};
-    for (std::size_t side = 0; side < 3; ++side) { needs[side] = need.atBorder(patch.borderMiddles[side], errors); }
-    float& carried = needs[patch.carrier()];
-    for (std::size_t side = 0; side < 3; ++side) {
-        if (patch.borderFinest[side] < patch.reach()) { carried = std::max(carried, needs[side]); }
-    }
-    return needs;
+    return options.cullPatches ? Visit(*this, view, options).run(frustum, faces)
+                               : Visit(*this, view, options).run({}, CulledFaces::None);
 }
 
 PatchSelector::EdgeLevel PatchSelector::edgeLevel(std::uint32_t edge, const SelectionView& view,
                                                   const SelectionOptions& options) const
 {
-    const unsigned cap = capOf(options);
-    const LevelNeed need(view, options, _ladder.size(), cap);
-    const std::uint32_t side = _edgeSides[edge];
-    const std::uint32_t twin = _patches[side / 3].twins[side % 3];
-    const float most = std::max(needsOf(side / 3, need)[side % 3], needsOf(twin / 3, need)[twin % 3]);
-    const unsigned finest = std::min<unsigned>(_patches[side / 3].borderFinest[side % 3], cap);
-    return {std::min(most, static_cast<float>(finest)),
-            isSaturated(side / 3, need, cap) || isSaturated(twin / 3, need, cap)};
+    return Visit(*this, view, options).edgeLevel(edge);
 }
 
-bool PatchSelector::isSaturated(std::uint32_t position, const LevelNeed& need, unsigned cap) const
-{
-    const std::array<float, 3> needs = needsOf(position, need);
-    return need.isSaturated(*std::max_element(needs.begin(), needs.end()), std::min(_patches[position].reach(), cap));
-}
-
-/// One selection under way.
-class PatchSelector::Visit {
-public:
-    Visit(const PatchSelector& selector, const SelectionView& view, const SelectionOptions& options,
-          const std::vector<osg::Plane>& frustum)
-        : _selector(selector)
-        , _cap(selector.capOf(options))
-        , _need(view, options, selector._ladder.size(), _cap)
-    {
-        if (options.cullPatches) { _planes = frustum; }
-        for (osg::Plane& plane : _planes) { plane.makeUnitLength(); }
-    }
-
-    Result run()
-    {
-        if (!_selector._patches.empty()) { visit(0, _planes); }
-        return result();
-    }
-
-private:
-    static constexpr float kUnknown = -1.0F;
-
-    /// `planes`: those that the node may be outside of.
-    void visit(std::uint32_t number, std::vector<osg::Plane> planes)
-    {
-        const PatchTree::Node& node = _selector._tree.nodes()[number];
-        for (std::size_t k = planes.size(); k-- > 0;) {
-            const double distance = distanceTo(planes[k], node.sphere);
-            if (distance < -static_cast<double>(node.sphere.radius)) { return; }
-            if (distance > static_cast<double>(node.sphere.radius)) {
-                planes.erase(planes.begin() + static_cast<std::ptrdiff_t>(k));
-            }
-        }
-        const LevelNeed::Range range = _need.ofPatches(
-            node.sphere, &_selector._nodeBounds[number * LevelNeed::kBoundRows * _selector._ladder.size()]);
-        const bool uniform = range.least == range.largest;
-        if (node.right != 0 && !(uniform && planes.empty())) {
-            visit(number + 1, planes);
-            visit(node.right, std::move(planes));
-            return;
-        }
-        for (std::uint32_t position = node.first; position < node.first + node.count; ++position) {
-            if (!isOutside(_selector._patches[position].sphere, planes)) { _visible.push_back(position); }
-        }
-        if (uniform && node.count == _selector._patches.size()) {
-            _everywhere = range.least;
-        } else if (uniform) {
-            setNeeds(node, range.least);
-        }
-    }
-
-    static bool isOutside(const BoundSphere& sphere, const std::vector<osg::Plane>& planes)
-    {
-        return std::any_of(planes.begin(), planes.end(), [&](const osg::Plane& plane) {
-            return distanceTo(plane, sphere) < -static_cast<double>(sphere.radius);
-        });
-    }
-
-    void setNeeds(const PatchTree::Node& node, float need)
-    {
-        makeRoomForNeeds();
-        const auto first = _needs.begin() + std::ptrdiff_t{3} * node.first;
-        std::fill(first, first + std::ptrdiff_t{3} * node.count, need);
-    }
-
-    void makeRoomForNeeds()
-    {
-        if (_needs.empty()) { _needs.assign(3 * _selector._patches.size(), kUnknown); }
-    }
-
-    /// Also of patches that are not visible: their neighbours ask for it.
-    float needAt(std::uint32_t side)
-    {
-        if (_everywhere != kUnknown) { return _everywhere; }
-        float* needs = &_needs[side - side % 3];
-        if (needs[0] == kUnknown) {
-            const std::array<float, 3> found = _selector.needsOf(side / 3, _need);
-            std::copy(found.begin(), found.end(), needs);
-        }
-        return needs[side % 3];
-    }
-
-    Result result()
-    {
-        if (_everywhere == kUnknown) { makeRoomForNeeds(); }
-        std::vector<PatchRecord> records;
-        records.reserve(_visible.size());
-        std::uint64_t saturated = 0;
-        for (const std::uint32_t position : _visible) { records.push_back(recordOf(position, saturated)); }
-        Result result;
-        result.statistics = _selector.statisticsOf(records);
-        result.statistics.saturatedPatches = saturated;
-        result.statistics.culledPatches = _selector._patches.size() - records.size();
-        result.records = groupedByLevel(records, result.statistics.patchesByLevel);
-        return result;
-    }
-
-    PatchRecord recordOf(std::uint32_t position, std::uint64_t& saturatedPatches)
-    {
-        const Patch& patch = _selector._patches[position];
-        PatchRecord record{patch.number, {}};
-        float most = 0.0F;
-        for (std::uint32_t side = 0; side < 3; ++side) {
-            const float own = needAt(3 * position + side);
-            const unsigned finest = std::min<unsigned>(patch.borderFinest[side], _cap);
-            record.edgeLevels[side] = std::min(std::max(own, needAt(patch.twins[side])), static_cast<float>(finest));
-            most = std::max(most, own);
-        }
-        saturatedPatches += _need.isSaturated(most, std::min(patch.reach(), _cap)) ? 1 : 0;
-        return record;
-    }
-
-    const PatchSelector& _selector;
-    unsigned _cap;
-    LevelNeed _need;
-    std::vector<osg::Plane> _planes;
-    std::vector<std::uint32_t> _visible; ///< positions
-    float _everywhere = kUnknown;        ///< what all patches need, if that is the same
-    std::vector<float> _needs;           ///< per side, as far as known
-};
-
-PatchSelector::Result PatchSelector::select(const SelectionView& view, const SelectionOptions& options,
-                                            const std::vector<osg::Plane>& frustum) const
-{
-    return Visit(*this, view, options, frustum).run();
-}
-
-SelectionStatistics PatchSelector::statisticsOf(const std::vector<PatchRecord>& records) const
+SelectionStatistics PatchSelector::statisticsOf(const PatchRecords& records) const
 {
     SelectionStatistics statistics;
     statistics.patches = records.size();
@@ -318,23 +423,31 @@ SelectionStatistics PatchSelector::statisticsOf(const std::vector<PatchRecord>& 
     for (const PatchRecord& record : records) {
         ++statistics.patchesByLevel[MorphedSurface::drawnLevel(record.edgeLevels)];
     }
-    for (std::size_t level = 0; level < _ladder.size(); ++level) {
-        statistics.triangles += statistics.patchesByLevel[level] * TessellationPattern::triangleCount(_ladder[level]);
-    }
+    statistics.triangles = triangleCount(statistics.patchesByLevel, _ladder);
     return statistics;
 }
 
-std::vector<PatchRecord> PatchSelector::uniformRecords(unsigned level) const
+PatchRecords PatchSelector::uniformRecords(unsigned level) const
 {
-    std::vector<PatchRecord> records;
-    for (const Patch& patch : _patches) {
-        PatchRecord record{patch.number, {}};
-        for (std::size_t side = 0; side < 3; ++side) {
-            record.edgeLevels[side] = static_cast<float>(std::min<unsigned>(level, patch.borderFinest[side]));
+    level = std::min<unsigned>(level, static_cast<unsigned>(_ladder.size()) - 1);
+    std::call_once(_uniform->once[level], [&] {
+        std::vector<PatchRecord> records;
+        records.reserve(_blocks.patchCount());
+        for (unsigned drawn = 0; drawn <= level; ++drawn) { // grouped, coarse first
+            for (std::uint32_t position = 0; position < _blocks.patchCount(); ++position) {
+                const kernel::Borders& borders = _blocks.borders(position / PatchBlocks::kLanes);
+                const std::uint32_t lane = position % PatchBlocks::kLanes;
+                if (std::min(borders.reach[lane], static_cast<float>(level)) != static_cast<float>(drawn)) { continue; }
+                PatchRecord record{borders.numbers[lane], {}};
+                for (std::size_t side = 0; side < 3; ++side) {
+                    record.edgeLevels[side] = std::min(borders.finest[side][lane], static_cast<float>(level));
+                }
+                records.push_back(record);
+            }
         }
-        records.push_back(record);
-    }
-    return groupedByLevel(records, statisticsOf(records).patchesByLevel);
+        _uniform->records[level] = PatchRecords(std::move(records));
+    });
+    return _uniform->records[level];
 }
 
 } // namespace osgTessLOD

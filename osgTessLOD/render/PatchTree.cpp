@@ -10,7 +10,6 @@ namespace osgTessLOD {
 
 namespace {
 
-constexpr std::uint32_t kLeafPatches = 8;
 constexpr float kRounding = 1e-6F; ///< relative to the sizes of numbers: some units in the last place
 
 /// About the centre of the spheres' box.
@@ -60,7 +59,8 @@ void PatchTree::build(const std::vector<BoundSphere>& patches, std::uint32_t fir
         return;
     }
     const int axis = widestAxis(patches, begin, begin + count);
-    const std::uint32_t half = count / 2;
+    // Leaves begin at multiples of their size.
+    const std::uint32_t half = (count / 2 + kLeafPatches / 2) / kLeafPatches * kLeafPatches;
     std::nth_element(begin, begin + half, begin + count, [&](std::uint32_t a, std::uint32_t b) {
         const float atA = patches[a].center[axis];
         const float atB = patches[b].center[axis];

@@ -2,15 +2,19 @@
 #pragma once
 
 #include <osgTessLOD/render/LevelNeed.h>
+#include <osgTessLOD/render/PatchBlocks.h>
 
 #include <cstdint>
 #include <vector>
 
 namespace osgTessLOD {
 
-/// A binary tree of bounding spheres over patches. The patches of a node are consecutive in the tree's order.
+/// A binary tree of bounding spheres over patches. The patches of a node are consecutive in the tree's order, and begin at a
+/// multiple of kLeafPatches: as many are in every leaf but the last.
 class PatchTree {
 public:
+    static constexpr std::uint32_t kLeafPatches = PatchBlocks::kLanes;
+
     struct Node {
         BoundSphere sphere;  ///< holds those of its patches, rounding included
         std::uint32_t first; ///< in order()

@@ -19,7 +19,7 @@ SurfaceProxy::SurfaceProxy(const LodAsset& asset, const PatchSelector& selector,
                            unsigned level)
     : _level(level)
 {
-    const std::vector<PatchRecord> records = selector.uniformRecords(level);
+    const PatchRecords records = selector.uniformRecords(level);
     _triangles->reserve(3 * selector.statisticsOf(records).triangles);
     for (const PatchRecord& record : records) {
         const unsigned factor = asset.ladder[MorphedSurface::drawnLevel(record.edgeLevels)];

@@ -114,7 +114,7 @@ void TessLODDrawable::drawImplementation(osg::RenderInfo& renderInfo) const
 {
     if (!_gpuAsset.valid()) { return; }
     const PatchSelector& selector = _gpuAsset->selector();
-    std::vector<PatchRecord> records = selector.uniformRecords(0);
+    PatchRecords records = selector.uniformRecords(0);
     SelectionStatistics statistics = selector.statisticsOf(records);
     const osg::ref_ptr<PatchSelection> coarsest =
         new PatchSelection(_gpuAsset.get(), std::move(records), std::move(statistics), SelectionView(), _options.backend);

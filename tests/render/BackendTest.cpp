@@ -78,7 +78,7 @@ TEST_F(BackendChoice, instancesDrawWhereTheTessellatorsPatternIsAnother)
             << "once is enough";
     }
     EXPECT_EQ(checked, (std::multiset<unsigned>{1, 2, 4}));
-    std::vector<PatchRecord> records = asset->selector().uniformRecords(3);
+    std::vector<PatchRecord> records = asset->selector().uniformRecords(3).vector();
     EXPECT_EQ(capture(*asset, records).size(), 3U * 8U * 96U);
 }
 

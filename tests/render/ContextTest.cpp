@@ -204,7 +204,7 @@ TEST_F(CompileGl, makesAllThatDrawingNeeds)
     GLuint after = 0;
     state().get<osg::GLExtensions>()->glGenBuffers(1, &after);
     EXPECT_LE(after - before, 2U) << "the stream of records alone is new";
-    std::vector<PatchRecord> records = asset.selector().uniformRecords(2);
+    std::vector<PatchRecord> records = asset.selector().uniformRecords(2).vector();
     EXPECT_EQ(capture(asset, records).size(), 3U * 8U * 24U);
     compiler->removeGraphicsContext(context.get());
 }

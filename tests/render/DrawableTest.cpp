@@ -137,7 +137,7 @@ TEST(PatchSelectionStatistics, areWhatStatsReport)
 {
     const auto drawable = makeDrawable();
     GpuAsset& asset = *drawable->getGpuAsset();
-    std::vector<PatchRecord> records = asset.selector().uniformRecords(3);
+    std::vector<PatchRecord> records = asset.selector().uniformRecords(3).vector();
     SelectionStatistics statistics = asset.selector().statisticsOf(records);
     EXPECT_EQ(statistics.triangles, 8U * 96U);
     const osg::ref_ptr<PatchSelection> selection =
@@ -159,7 +159,7 @@ TEST_F(DrawableGl, drawsAgainAfterItsObjectsWereReleased)
     const auto drawable = makeDrawable();
     GpuAsset& asset = *drawable->getGpuAsset();
     drawable->compileGLObjects(renderInfo);
-    std::vector<PatchRecord> records = asset.selector().uniformRecords(2);
+    std::vector<PatchRecord> records = asset.selector().uniformRecords(2).vector();
     const std::vector<osg::Vec3f> first = capture(asset, records);
     EXPECT_EQ(first.size(), 3U * 8U * 24U);
     for (osg::State* which : {&state(), static_cast<osg::State*>(nullptr)}) {
@@ -186,7 +186,7 @@ TEST_F(DrawableGl, aSelectionWithoutItsStateDrawsNothing)
 {
     const auto drawable = makeDrawable();
     GpuAsset& asset = *drawable->getGpuAsset();
-    std::vector<PatchRecord> records = asset.selector().uniformRecords(1);
+    std::vector<PatchRecord> records = asset.selector().uniformRecords(1).vector();
     const SelectionStatistics statistics = asset.selector().statisticsOf(records);
     const osg::ref_ptr<PatchSelection> selection = new PatchSelection(&asset, records, statistics, SelectionView());
     state().apply();

@@ -85,7 +85,7 @@ TEST_F(PickingGl, meetsTheTrianglesThatAreDrawn)
         options.finestLevel = level;
         drawable->setPickingOptions(options);
         ASSERT_EQ(drawable->getPickingSurface()->level(), level);
-        std::vector<PatchRecord> records = asset.selector().uniformRecords(level);
+        std::vector<PatchRecord> records = asset.selector().uniformRecords(level).vector();
         const std::vector<osg::Vec3f> drawn = capture(asset, records);
         ASSERT_EQ(drawn.size(), drawable->getPickingSurface()->triangles().size());
         std::size_t met = 0;

@@ -339,7 +339,7 @@ TEST_P(SurfaceCapture, largestFactorIsSplitOverSeveralDraws)
 {
     // 8 · 8 · 2 patches of 3,169 vertices: far more than one draw may have on a software rasterizer.
     const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(makeSyntheticSheet(64, 8, false));
-    std::vector<PatchRecord> records = asset->selector().uniformRecords(6);
+    std::vector<PatchRecord> records = asset->selector().uniformRecords(6).vector();
     const std::vector<osg::Vec3f> captured = capture(*asset, records);
     EXPECT_EQ(captured.size(), 3U * 128U * 6144U);
     expectEqualToTwin(*asset, records, captured);
@@ -448,7 +448,7 @@ double largestMoveOfFlight(const GpuAsset& asset, int frames, std::size_t& level
         view.pixelScale = 40.0; // with errors from 0.5 down: runs through all levels
         SelectionOptions options;
         options.errorPixels = 4.0;
-        std::vector<PatchRecord> records = asset.selector().select(view, options, {}).records;
+        std::vector<PatchRecord> records = asset.selector().select(view, options, {}).records.vector();
         std::sort(records.begin(), records.end(),
                   [](const PatchRecord& a, const PatchRecord& b) { return a.patch < b.patch; });
         for (std::size_t p = 0; p < last.size(); ++p) {

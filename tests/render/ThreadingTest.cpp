@@ -72,7 +72,7 @@ TEST_P(Threading, selectionsStayAsTheyWereMade)
     EXPECT_EQ(warnings.text(), "");
     EXPECT_GE(entries.size(), static_cast<std::size_t>(kFrames * kParents * 2));
     for (const RecordingObserver::Entry& entry : entries) {
-        const std::vector<PatchRecord>& now = entry.selection->records();
+        const PatchRecords& now = entry.selection->records();
         ASSERT_EQ(now.size(), entry.records.size());
         ASSERT_EQ(std::memcmp(now.data(), entry.records.data(), now.size() * sizeof(PatchRecord)), 0);
     }

@@ -31,7 +31,7 @@ public:
     void selected(const osg::Camera* camera, const osg::Matrixd& localToWorld, const PatchSelection& selection) override
     {
         const std::lock_guard<std::mutex> lock(_mutex);
-        _entries.push_back({camera != nullptr ? camera->getName() : "", localToWorld, &selection, selection.records()});
+        _entries.push_back({camera != nullptr ? camera->getName() : "", localToWorld, &selection, selection.records().vector()});
     }
     /// Everything since the last call.
     std::vector<Entry> take()

@@ -82,7 +82,7 @@ public:
         const std::vector<FrameSelection> selections = _totals.thisFrame(renderInfo.getCurrentCamera());
         ASSERT_EQ(selections.size(), 1U);
         const FrameSelection& entry = selections.front();
-        std::vector<PatchRecord> records = entry.selection->records();
+        std::vector<PatchRecord> records = entry.selection->records().vector();
         _frame->drawn.emplace(surfaceOf(*entry.selection, renderInfo));
         _frame->records = records;
         std::sort(_frame->records.begin(), _frame->records.end(),

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/render/LevelNeedKernel.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace osgTessLOD {
+
+/// What selection asks of an asset's patches, eight patches to a block, in an order that has neighbours near each other. A
+/// patch's number in that order is its position. The last block may have room for patches that do not exist: they need nothing.
+///
+/// Lengths are in units of a power of two of the asset's, so that no square of one is out of single precision's range.
+class PatchBlocks {
+public:
+    static constexpr std::uint32_t kLanes = kernel::kLanes;
+
+    /// `order`: the number of the patch at each position.
+    PatchBlocks(const LodAsset& asset, const std::vector<std::uint32_t>& order);
+
+    std::uint32_t patchCount() const { return _patchCount; }
+    std::uint32_t blockCount() const { return static_cast<std::uint32_t>(_spheres.size()); }
+    /// Positions, those without a patch included.
+    std::uint32_t positionCount() const { return blockCount() * kLanes; }
+    /// Bit k: there is a k-th patch in the block.
+    unsigned lanesOf(std::uint32_t block) const;
+    /// Of ours, in one of the asset's.
+    double unitsPerLength() const { return _unitsPerLength; }
+
+    const kernel::Spheres& spheres(std::uint32_t block) const { return _spheres[block]; }
+    /// The middles of the borders, side 0, 1, 2.
+    const kernel::Spheres* middles(std::uint32_t block) const { return &_middles[std::size_t{3} * block]; }
+    /// One per level.
+    const kernel::Errors* errors(std::uint32_t block) const { return &_errors[_levelCount * block]; }
+    const kernel::Cones& cones(std::uint32_t block) const { return _cones[block]; }
+    const kernel::Borders& borders(std::uint32_t block) const { return _borders[block]; }
+    /// Does a border of one of its patches end before the patch?
+    bool hasShortBorders(std::uint32_t block) const { return _hasShortBorders[block] != 0; }
+    /// Other blocks with a patch across a border of one of these: from, to.
+    const std::uint32_t* neighboursBegin(std::uint32_t block) const { return &_neighbours[_firstNeighbour[block]]; }
+    const std::uint32_t* neighboursEnd(std::uint32_t block) const { return &_neighbours[_firstNeighbour[block + 1]]; }
+    /// One side of an edge of the asset: 3 · position + side; kNoPatch if no patch has it.
+    std::uint32_t sideOfEdge(std::uint32_t edge) const { return _edgeSides[edge]; }
+    /// How many patches have each level as the largest of their borders'.
+    const std::vector<std::uint32_t>& patchesByReach() const { return _patchesByReach; }
+
+private:
+    void placePatches(const LodAsset& asset, const std::vector<std::uint32_t>& order);
+    void addErrors(const LodAsset& asset, const std::vector<std::uint32_t>& order);
+    void linkSides(const LodAsset& asset, const std::vector<std::uint32_t>& order);
+    void findNeighbours();
+
+    std::uint32_t _patchCount;
+    std::size_t _levelCount;
+    double _unitsPerLength;
+    std::vector<kernel::Spheres> _spheres;
+    std::vector<kernel::Spheres> _middles;
+    std::vector<kernel::Errors> _errors;
+    std::vector<kernel::Cones> _cones;
+    std::vector<kernel::Borders> _borders;
+    std::vector<std::uint8_t> _hasShortBorders;
+    std::vector<std::uint32_t> _firstNeighbour;
+    std::vector<std::uint32_t> _neighbours;
+    std::vector<std::uint32_t> _edgeSides;
+    std::vector<std::uint32_t> _patchesByReach;
+};
+
+} // namespace osgTessLOD

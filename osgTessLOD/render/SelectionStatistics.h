@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/Export.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace osgTessLOD {
+
+/// What one selection chose.
+struct OSGTESSLOD_EXPORT SelectionStatistics {
+    std::uint64_t patches = 0; ///< drawn
+    std::uint64_t culledPatches = 0;
+    std::uint64_t saturatedPatches = 0;        ///< drawn at their finest level, not enough for the error asked
+    std::uint64_t triangles = 0;               ///< that the tessellator emits
+    std::vector<std::uint64_t> patchesByLevel; ///< drawn patches per ladder entry
+
+    void add(const SelectionStatistics& other);
+};
+
+} // namespace osgTessLOD
