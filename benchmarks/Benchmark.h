@@ -62,8 +62,9 @@ BenchmarkResult benchmarkBound(const std::vector<Scene>& scenes, unsigned views)
 /// Triangles drawn along an orbit of every scene by the error as seen and by the isotropic one (Lambert fig. 2.6).
 BenchmarkResult benchmarkViews(const std::vector<Scene>& scenes);
 
-/// What selecting levels and patches takes, from several places. Times are medians over `runs`.
-BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned runs);
+/// What selecting levels and patches takes: of every scene from several places, and of a thousand to a million patches, as
+/// many as ten thousand if `quick`. Times are medians over `runs`.
+BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned runs, bool quick);
 
 /// Bytes on the GPU and in the file for each vertex of all patches at their finest levels.
 BenchmarkResult benchmarkMemory(const std::vector<Scene>& scenes);

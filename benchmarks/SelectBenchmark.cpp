@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "BakedScene.h"
 #include "Benchmark.h"
+#include "ModelField.h"
 #include "Orbit.h"
 
 #include <osgTessLOD/render/PatchSelector.h>
 
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <exception>
-#include <functional>
+#include <random>
 
 namespace osgTessLOD::benchmarks {
 
@@ -28,8 +31,15 @@ struct Situation {
 constexpr Situation kSituations[] = {
     {"home", 3.0, false}, {"close", 0.6, false}, {"far", 3000.0, false}, {"off screen", 3.0, true}};
 
+/// Turned by half a circle.
+std::vector<ScreenCamera> lookingAway(std::vector<ScreenCamera> cameras)
+{
+    for (ScreenCamera& camera : cameras) { camera.localToEye.postMult(osg::Matrixd::rotate(osg::PI, 0.0, 1.0, 0.0)); }
+    return cameras;
+}
+
 /// Nanoseconds of one selection: the median over `runs` of the mean over the views.
-double nanoseconds(const PatchSelector& selector, const SelectionOptions& options, const Situation& situation,
+double nanoseconds(const PatchSelector& selector, const SelectionOptions& options,
                    const std::vector<ScreenCamera>& cameras, unsigned runs, SelectionStatistics& statistics)
 {
     struct Prepared {
@@ -37,10 +47,7 @@ double nanoseconds(const PatchSelector& selector, const SelectionOptions& option
         std::vector<osg::Plane> sides;
     };
     std::vector<Prepared> prepared;
-    for (ScreenCamera camera : cameras) {
-        if (situation.looksAway) { camera.localToEye.postMult(osg::Matrixd::rotate(osg::PI, 0.0, 1.0, 0.0)); }
-        prepared.push_back({camera.view(), camera.sides()});
-    }
+    for (const ScreenCamera& camera : cameras) { prepared.push_back({camera.view(), camera.sides()}); }
     std::vector<double> times;
     for (unsigned run = 0; run < runs; ++run) {
         statistics = SelectionStatistics();
@@ -62,9 +69,68 @@ constexpr Way kWays[] = {
     {"first order", SelectionOptions::Metric::View, SelectionOptions::Bound::FirstOrder},
     {"conservative, isotropic", SelectionOptions::Metric::Isotropic, SelectionOptions::Bound::Conservative}};
 
+/// Cameras somewhere in a field of models, a model's height above them, that look across it.
+std::vector<ScreenCamera> camerasOver(const LodAsset& field, double modelSize)
+{
+    std::mt19937 random(2017);
+    const auto between = [&](double from, double to) {
+        return std::uniform_real_distribution<double>(from, to)(random);
+    };
+    std::vector<ScreenCamera> cameras;
+    for (unsigned k = 0; k < kViews; ++k) {
+        const osg::Vec3d eye(between(field.boundsMin[0], field.boundsMax[0]), between(field.boundsMin[1], field.boundsMax[1]),
+                             double{field.boundsMax[2]} + modelSize);
+        const double turn = between(0.0, 2.0 * osg::PI);
+        ScreenCamera camera;
+        camera.width = 1280.0;
+        camera.height = 800.0;
+        camera.localToEye = osg::Matrixd::lookAt(eye, eye + osg::Vec3d(std::cos(turn), std::sin(turn), -0.3),
+                                                 osg::Vec3d(0.0, 0.0, 1.0));
+        camera.projection.makePerspective(60.0, camera.width / camera.height, 0.01 * modelSize, 1e6 * modelSize);
+        cameras.push_back(camera);
+    }
+    return cameras;
+}
+
+/// Selections of ever more patches: fields of a baked model, which has 20.
+void measureGrowth(unsigned runs, bool quick, BenchmarkResult& result)
+{
+    bake::BakeOptions bakeOptions;
+    bakeOptions.maxFactor = 16;
+    bakeOptions.normals = false;
+    bake::Progress progress;
+    bake::BakeReport report;
+    const LodAsset model = bake::bakeSource("builtin:asteroid", bakeOptions, progress, report);
+    const double size = double{model.boundsMax[2]} - model.boundsMin[2];
+    result.tables.push_back({{"patches", "drawn", "µs", "ns / drawn patch", "µs off screen"}, {}});
+    std::vector<double> perPatch;
+    for (const unsigned side : {7U, 22U, 71U, 224U}) {
+        if (quick && side > 22U) { break; }
+        fmt::print(stderr, "select: {} patches\n", side * side * model.patches.size());
+        const LodAsset field = fieldOf(model, side);
+        const PatchSelector selector(field);
+        const std::vector<ScreenCamera> cameras = camerasOver(field, size);
+        SelectionStatistics statistics;
+        const double time = nanoseconds(selector, SelectionOptions(), cameras, runs, statistics);
+        perPatch.push_back(time * kViews / static_cast<double>(statistics.patches));
+        SelectionStatistics nothing;
+        std::vector<ScreenCamera> away = orbitOf(field, 3.0, kViews);
+        const double offScreen = nanoseconds(selector, SelectionOptions(), lookingAway(std::move(away)), runs, nothing);
+        result.summary["growth"].push_back({{"patches", field.patches.size()},
+                                            {"drawn", statistics.patches / kViews},
+                                            {"nanoseconds", time},
+                                            {"nanosecondsPerDrawnPatch", perPatch.back()},
+                                            {"nanosecondsOffScreen", offScreen}});
+        result.tables.back().rows.push_back({grouped(field.patches.size()), grouped(statistics.patches / kViews),
+                                             fmt::format("{:.1f}", time / 1000.0), fmt::format("{:.1f}", perPatch.back()),
+                                             fmt::format("{:.2f}", offScreen / 1000.0)});
+    }
+    result.summary["ns_per_patch"] = mean(perPatch);
+}
+
 } // namespace
 
-BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned runs)
+BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned runs, bool quick)
 {
     BenchmarkResult result;
     result.tables.emplace_back().headers = {"scene", "patches", "from", "selection", "drawn", "µs", "ns / patch"};
@@ -75,13 +141,14 @@ BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned ru
             const LodAsset asset = loadOrBake(scene);
             const PatchSelector selector(asset);
             for (const Situation& situation : kSituations) {
-                const std::vector<ScreenCamera> cameras = orbitOf(asset, situation.diagonals, kViews);
+                std::vector<ScreenCamera> cameras = orbitOf(asset, situation.diagonals, kViews);
+                if (situation.looksAway) { cameras = lookingAway(std::move(cameras)); }
                 for (const Way& way : kWays) {
                     SelectionOptions options;
                     options.metric = way.metric;
                     options.bound = way.bound;
                     SelectionStatistics statistics;
-                    const double time = nanoseconds(selector, options, situation, cameras, runs, statistics);
+                    const double time = nanoseconds(selector, options, cameras, runs, statistics);
                     const double perPatch = time / static_cast<double>(asset.patches.size());
                     if (&situation == &kSituations[0] && &way == &kWays[0]) { atHome.push_back(perPatch); }
                     result.rows.push_back({{"scene", scene.name},
@@ -101,7 +168,8 @@ BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned ru
             result.failures.push_back(scene.name + ": " + error.what());
         }
     }
-    result.summary = {{"ns_per_patch", mean(atHome)}, {"runs", runs}};
+    result.summary = {{"ns_per_patch_at_home", mean(atHome)}, {"runs", runs}};
+    measureGrowth(runs, quick, result);
     return result;
 }
 

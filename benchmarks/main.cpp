@@ -100,7 +100,7 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
     case Command::Bound: return benchmarkBound(scenes, arguments.quick ? kQuickViews : arguments.views);
     case Command::Memory: return benchmarkMemory(scenes);
     case Command::View: return benchmarkViews(scenes);
-    case Command::Select: return benchmarkSelection(scenes, arguments.quick ? 3 : arguments.runs);
+    case Command::Select: return benchmarkSelection(scenes, arguments.quick ? 3 : arguments.runs, arguments.quick);
     default: return benchmarkMetric(scenes, arguments.quick ? kQuickDirections : arguments.directions);
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/Export.h>
 #include <osgTessLOD/render/LevelNeedKernel.h>
 #include <osgTessLOD/render/SelectionOptions.h>
 #include <osgTessLOD/render/SelectionView.h>
@@ -24,7 +25,7 @@ struct BoundSphere {
 /// to level: where a finer level is no better than a coarser one, the level would jump from k to k + 1 in the moment the coarse
 /// one no longer suffices. So PatchBlocks takes the coarser error to be at least kErrorRatio times the finer: never less than
 /// the true one, so the bound is kept.
-class LevelNeed {
+class OSGTESSLOD_EXPORT LevelNeed {
 public:
     static constexpr double kErrorRatio = 1.1;
     /// Rows of what holds for all of several patches, a number per level.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/Export.h>
+
 #include <cstdint>
 
 /// The arithmetic of selecting patches, eight at a time. What it computes and why: LevelNeed.cpp. All lengths are in the units of
@@ -55,6 +57,11 @@ struct alignas(32) Borders {
     std::uint32_t numbers[kLanes];      ///< of the patches in the asset
 };
 
+/// A number per patch of a block. Pointers to needs are to arrays of these.
+struct alignas(32) Lanes {
+    float at[kLanes];
+};
+
 struct alignas(32) Levels {
     float edges[3][kLanes];
     int drawn[kLanes]; ///< index of the level that the patch is drawn with
@@ -76,10 +83,10 @@ struct Kernel {
 };
 
 /// For any processor.
-const Kernel& baseline();
+OSGTESSLOD_EXPORT const Kernel& baseline();
 /// Null where this processor has no AVX2.
-const Kernel* avx2();
+OSGTESSLOD_EXPORT const Kernel* avx2();
 /// The fastest that this processor has.
-const Kernel& best();
+OSGTESSLOD_EXPORT const Kernel& best();
 
 } // namespace osgTessLOD::kernel

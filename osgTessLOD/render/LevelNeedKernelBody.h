@@ -13,13 +13,12 @@ namespace {
 
 using Floats = float __attribute__((vector_size(32), may_alias));
 using Ints = int __attribute__((vector_size(32), may_alias));
-using UnalignedFloats = float __attribute__((vector_size(32), may_alias, aligned(4)));
 
 // More than rounding to single precision adds up to on the way to a tolerance or an error, relative to what it is added up of.
 constexpr float kRounding = 2e-6F;
 
-inline void load(const float* from, Floats& to) { to = *reinterpret_cast<const UnalignedFloats*>(from); }
-inline void store(const Floats& from, float* to) { *reinterpret_cast<UnalignedFloats*>(to) = from; }
+inline Floats load(const float* from) { return *reinterpret_cast<const Floats*>(from); }
+inline void store(const Floats& from, float* to) { *reinterpret_cast<Floats*>(to) = from; }
 
 inline void squareRoot(Floats& x)
 {
@@ -68,11 +67,10 @@ struct Sight {
 /// As far as cones need it: directions, sines, cosines.
 inline void look(const View& view, const Spheres& spheres, Sight& sight, Floats& distance, Ints& inside)
 {
-    Floats radius;
-    load(spheres.radius, radius);
-    load(spheres.x, sight.x);
-    load(spheres.y, sight.y);
-    load(spheres.z, sight.z);
+    const Floats radius = load(spheres.radius);
+    sight.x = load(spheres.x);
+    sight.y = load(spheres.y);
+    sight.z = load(spheres.z);
     sight.x = (sight.x - view.eyeHigh[0]) - view.eyeLow[0];
     sight.y = (sight.y - view.eyeHigh[1]) - view.eyeLow[1];
     sight.z = (sight.z - view.eyeHigh[2]) - view.eyeLow[2];
@@ -114,8 +112,7 @@ inline void see(const View& view, const Spheres& spheres, Sight& sight)
         sight.loss = kZero;
         return;
     }
-    Floats radius;
-    load(spheres.radius, radius);
+    const Floats radius = load(spheres.radius);
     Floats axial = sight.x * view.axis[0] + sight.y * view.axis[1] + sight.z * view.axis[2];
     axial = LARGEST(axial, -kOne);
     axial = LEAST(axial, kOne);
@@ -133,18 +130,16 @@ inline void see(const View& view, const Spheres& spheres, Sight& sight)
 
 inline void errorOf(const View& view, const Sight& sight, const Errors& errors, Floats& error)
 {
-    Floats most;
-    load(errors.isotropic, most);
+    const Floats most = load(errors.isotropic);
     if (view.isotropic) {
         error = most + most * sight.loss;
         return;
     }
-    Floats q[6];
-    for (unsigned k = 0; k < 6; ++k) { load(errors.q[k], q[k]); }
-    const Floats diagonal = q[0] * sight.x * sight.x + q[1] * sight.y * sight.y + q[2] * sight.z * sight.z;
-    const Floats mixed =
-        q[3] * sight.x * sight.y + q[4] * sight.x * sight.z + q[5] * sight.y * sight.z;
-    const Floats form = diagonal + 2.0F * mixed;
+    const auto q = [&](unsigned k) { return load(errors.q[k]); };
+    const Floats& x = sight.x;
+    const Floats& y = sight.y;
+    const Floats& z = sight.z;
+    const Floats form = (q(0) * x * x + q(1) * y * y + q(2) * z * z) + 2.0F * (q(3) * x * y + q(4) * x * z + q(5) * y * z);
     const Floats square = most * most;
     const Floats seenFromSomewhere = square * (sight.cosine * sight.cosine);
     Floats squared = LARGEST(form, kZero);
@@ -219,11 +214,10 @@ void needs(const View& view, const Spheres& spheres, const Errors* errors, int& 
 
 unsigned behind(const float* plane, const Spheres& spheres)
 {
-    Floats x, y, z, radius;
-    load(spheres.x, x);
-    load(spheres.y, y);
-    load(spheres.z, z);
-    load(spheres.radius, radius);
+    const Floats x = load(spheres.x);
+    const Floats y = load(spheres.y);
+    const Floats z = load(spheres.z);
+    const Floats radius = load(spheres.radius);
     const Floats distance = x * plane[0] + y * plane[1] + z * plane[2] + plane[3];
     const Floats size = LARGEST(x, -x) + LARGEST(y, -y) + LARGEST(z, -z);
     return bits(distance + radius + kRounding * size < -kRounding * (plane[3] < 0.0F ? -plane[3] : plane[3]));
@@ -239,12 +233,11 @@ unsigned hidden(const View& view, const Spheres& spheres, const Cones& cones, fl
         Ints inside;
         look(view, spheres, sight, distance, inside);
     }
-    Floats x, y, z, cosine, sine;
-    load(cones.x, x);
-    load(cones.y, y);
-    load(cones.z, z);
-    load(cones.cosine, cosine);
-    load(cones.sine, sine);
+    const Floats x = load(cones.x);
+    const Floats y = load(cones.y);
+    const Floats z = load(cones.z);
+    const Floats cosine = load(cones.cosine);
+    const Floats sine = load(cones.sine);
     constexpr float kSlack = 1e-5F;
     const Floats along = (x * sight.x + y * sight.y + z * sight.z) * sign;
     const Floats sineOfBoth = sine * sight.cosine + cosine * sight.sine;
@@ -255,7 +248,6 @@ unsigned hidden(const View& view, const Spheres& spheres, const Cones& cones, fl
 unsigned levels(const View& view, const Borders& borders, const float* needs, std::uint32_t stride, std::uint32_t first,
                 float cap, Levels& result)
 {
-    Floats own;
     Floats most = kZero;
     Floats drawn = kZero;
     for (std::uint32_t side = 0; side < 3; ++side) {
@@ -263,11 +255,9 @@ unsigned levels(const View& view, const Borders& borders, const float* needs, st
         for (unsigned k = 0; k < kLanes; ++k) {
             opposite[k] = needs[borders.twinSides[side][k] * stride + borders.twins[side][k]];
         }
-        Floats other;
-        Floats finest;
-        load(needs + side * stride + first, own);
-        load(opposite, other);
-        load(borders.finest[side], finest);
+        const Floats own = load(needs + side * stride + first);
+        const Floats other = load(opposite);
+        const Floats finest = load(borders.finest[side]);
         most = LARGEST(most, own);
         Floats level = LARGEST(own, other);
         level = LEAST(level, finest);
@@ -278,8 +268,7 @@ unsigned levels(const View& view, const Borders& borders, const float* needs, st
     const Ints whole = __builtin_convertvector(drawn, Ints);
     const Ints ceiling = whole - (drawn > __builtin_convertvector(whole, Floats)); // true is −1
     *reinterpret_cast<Ints*>(result.drawn) = ceiling;
-    Floats reach;
-    load(borders.reach, reach);
+    Floats reach = load(borders.reach);
     reach = LEAST(reach, kZero + cap);
     return view.conservative ? bits(most >= reach + 1.0F) : bits(most > reach);
 }

@@ -20,7 +20,6 @@ namespace {
 
 /// The needs of fewer patches than this are not bounded together: to bound them takes about as long as to compute them.
 constexpr std::uint32_t kFewPatches = 64;
-constexpr unsigned kAllLanes = (1U << kernel::kLanes) - 1;
 
 std::vector<BoundSphere> boundSpheres(const LodAsset& asset)
 {
@@ -40,13 +39,42 @@ std::uint64_t triangleCount(const std::vector<std::uint64_t>& patchesByLevel, co
     return triangles;
 }
 
-/// An array whose elements have no values yet.
-std::shared_ptr<PatchRecord[]> roomForRecords(std::size_t count)
-{
-    return std::shared_ptr<PatchRecord[]>(new PatchRecord[count]);
-}
-
 } // namespace
+
+/// What one selection works in.
+struct PatchSelector::Workspace {
+    struct VisibleBlock {
+        std::uint32_t block;
+        unsigned lanes;
+    };
+    std::vector<VisibleBlock> visible;
+    std::vector<kernel::Lanes> needs; ///< of sides, as far as they differ, of blocks that are known
+    std::vector<std::uint8_t> known;  ///< of blocks: are their needs?
+    std::vector<PatchRecord> records; ///< in the order of the visible blocks
+    std::vector<std::uint8_t> drawn;  ///< and the levels they are drawn with
+};
+
+/// Workspaces of selections that ended, for the next ones: as many as there are selections at once.
+class PatchSelector::Workspaces {
+public:
+    std::unique_ptr<Workspace> acquire()
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        if (_free.empty()) { return std::make_unique<Workspace>(); }
+        std::unique_ptr<Workspace> workspace = std::move(_free.back());
+        _free.pop_back();
+        return workspace;
+    }
+    void release(std::unique_ptr<Workspace> workspace)
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _free.push_back(std::move(workspace));
+    }
+
+private:
+    std::mutex _mutex;
+    std::vector<std::unique_ptr<Workspace>> _free;
+};
 
 /// uniformRecords() that were asked for.
 struct PatchSelector::UniformRecords {
@@ -59,6 +87,7 @@ PatchSelector::PatchSelector(const LodAsset& asset)
     , _tree(boundSpheres(asset))
     , _blocks(asset, _tree.order())
     , _uniform(std::make_unique<UniformRecords>())
+    , _workspaces(std::make_unique<Workspaces>())
 {
     boundNodes();
 }
@@ -116,8 +145,15 @@ public:
         , _cap(selector.capOf(options))
         , _need(view, options, selector._ladder.size(), _cap, _blocks.unitsPerLength())
         , _stride(_need.isPerPatch() ? 0 : _blocks.positionCount())
+        , _workspace(selector._workspaces->acquire())
+        , _visible(_workspace->visible)
+        , _known(_workspace->known)
     {
+        _visible.clear();
     }
+    ~Visit() { _selector._workspaces->release(std::move(_workspace)); }
+    Visit(const Visit&) = delete;
+    Visit& operator=(const Visit&) = delete;
 
     Result run(const std::vector<osg::Plane>& frustum, CulledFaces faces)
     {
@@ -126,7 +162,6 @@ public:
         if (_blocks.patchCount() == 0) { return {PatchRecords(), _selector.statisticsOf({})}; }
         if (std::optional<Result> all = ifAllNeedTheSame()) { return *std::move(all); }
         makeRoomForNeeds();
-        _visible.reserve(_blocks.blockCount());
         visit(0, (1U << _planes.size()) - 1);
         findNeeds();
         return result();
@@ -135,7 +170,7 @@ public:
     EdgeLevel edgeLevel(std::uint32_t edge)
     {
         makeRoomForNeeds();
-        std::fill_n(_needs.get(), _blocks.positionCount() * (_need.isPerPatch() ? 1 : 3), 0.0F);
+        std::fill_n(_needs, _blocks.positionCount() * (_need.isPerPatch() ? 1 : 3), 0.0F);
         const std::uint32_t side = _blocks.sideOfEdge(edge);
         const std::uint32_t block = side / 3 / PatchBlocks::kLanes;
         const std::uint32_t lane = side / 3 % PatchBlocks::kLanes;
@@ -154,10 +189,7 @@ public:
     }
 
 private:
-    struct VisibleBlock {
-        std::uint32_t block;
-        unsigned lanes;
-    };
+    using VisibleBlock = Workspace::VisibleBlock;
 
     void setFrustum(const std::vector<osg::Plane>& frustum)
     {
@@ -273,7 +305,9 @@ private:
 
     void makeRoomForNeeds()
     {
-        _needs = std::unique_ptr<float[]>(new float[std::size_t{_blocks.positionCount()} * (_need.isPerPatch() ? 1 : 3)]);
+        const std::size_t rows = std::size_t{_blocks.blockCount()} * (_need.isPerPatch() ? 1 : 3);
+        if (_workspace->needs.size() < rows) { _workspace->needs.resize(rows); }
+        _needs = _workspace->needs.front().at;
         _known.assign(_blocks.blockCount(), 0);
     }
 
@@ -335,36 +369,39 @@ private:
     /// Bits of patches that are saturated.
     unsigned levelsOf(std::uint32_t block, kernel::Levels& levels) const
     {
-        return _kernel.levels(_need.kernelView(), _blocks.borders(block), _needs.get(), _stride,
+        return _kernel.levels(_need.kernelView(), _blocks.borders(block), _needs, _stride,
                               block * PatchBlocks::kLanes, static_cast<float>(_cap), levels);
     }
 
     Result result()
     {
-        std::size_t count = 0;
-        for (const VisibleBlock& visible : _visible) {
-            count += static_cast<std::size_t>(__builtin_popcount(visible.lanes));
+        const std::size_t mostRecords = _visible.size() * PatchBlocks::kLanes;
+        if (_workspace->records.size() < mostRecords) {
+            _workspace->records.resize(mostRecords);
+            _workspace->drawn.resize(mostRecords);
         }
-        const std::shared_ptr<PatchRecord[]> records = roomForRecords(count);
-        const std::unique_ptr<std::uint8_t[]> drawn(new std::uint8_t[count]);
+        PatchRecord* const records = _workspace->records.data();
+        std::uint8_t* const drawn = _workspace->drawn.data();
         std::array<std::uint64_t, LodAsset::kMaxLevels> counts{};
-        std::size_t next = 0;
+        std::size_t count = 0;
         std::uint64_t saturated = 0;
         for (const VisibleBlock& visible : _visible) {
             kernel::Levels levels;
-            saturated += static_cast<std::uint64_t>(__builtin_popcount(levelsOf(visible.block, levels) & visible.lanes));
+            for (unsigned lanes = levelsOf(visible.block, levels) & visible.lanes; lanes != 0; lanes &= lanes - 1) {
+                ++saturated;
+            }
             const kernel::Borders& borders = _blocks.borders(visible.block);
             for (unsigned lanes = visible.lanes; lanes != 0; lanes &= lanes - 1) {
                 const auto lane = static_cast<unsigned>(__builtin_ctz(lanes));
-                records[next] = {borders.numbers[lane],
-                                 {levels.edges[0][lane], levels.edges[1][lane], levels.edges[2][lane]}};
-                drawn[next] = static_cast<std::uint8_t>(levels.drawn[lane]);
+                records[count] = {borders.numbers[lane],
+                                  {levels.edges[0][lane], levels.edges[1][lane], levels.edges[2][lane]}};
+                drawn[count] = static_cast<std::uint8_t>(levels.drawn[lane]);
                 ++counts[static_cast<std::size_t>(levels.drawn[lane])];
-                ++next;
+                ++count;
             }
         }
         Result result;
-        result.records = groupedByLevel(records, drawn.get(), count, counts);
+        result.records = groupedByLevel(count, counts);
         SelectionStatistics& statistics = result.statistics;
         statistics.patches = count;
         statistics.culledPatches = _blocks.patchCount() - count;
@@ -375,13 +412,13 @@ private:
     }
 
     /// In the order of the levels they are drawn with, otherwise in the order they have.
-    static PatchRecords groupedByLevel(const std::shared_ptr<PatchRecord[]>& records, const std::uint8_t* drawn,
-                                       std::size_t count, const std::array<std::uint64_t, LodAsset::kMaxLevels>& counts)
+    PatchRecords groupedByLevel(std::size_t count, const std::array<std::uint64_t, LodAsset::kMaxLevels>& counts) const
     {
-        if (*std::max_element(counts.begin(), counts.end()) == count) { return {records, count}; }
+        const PatchRecord* const records = _workspace->records.data();
+        const std::uint8_t* const drawn = _workspace->drawn.data();
         std::array<std::uint64_t, LodAsset::kMaxLevels> next{};
         for (std::size_t level = 1; level < next.size(); ++level) { next[level] = next[level - 1] + counts[level - 1]; }
-        const std::shared_ptr<PatchRecord[]> grouped = roomForRecords(count);
+        const std::shared_ptr<PatchRecord[]> grouped = _selector._recordPool.acquire(count);
         for (std::size_t k = 0; k < count; ++k) { grouped[next[drawn[k]]++] = records[k]; }
         return {grouped, count};
     }
@@ -396,9 +433,10 @@ private:
     std::vector<std::array<float, 4>> _roundedPlanes;
     CulledFaces _faces = CulledFaces::None;
     bool _inUniformNode = false;
-    std::vector<VisibleBlock> _visible;
-    std::unique_ptr<float[]> _needs; ///< at [side · stride + position] of blocks that are known
-    std::vector<std::uint8_t> _known;
+    std::unique_ptr<Workspace> _workspace;
+    std::vector<VisibleBlock>& _visible;
+    std::vector<std::uint8_t>& _known;
+    float* _needs = nullptr; ///< at [side · stride + position]
     int _hint = 0;
 };
 

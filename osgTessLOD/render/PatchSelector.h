@@ -6,6 +6,7 @@
 #include <osgTessLOD/render/PatchBlocks.h>
 #include <osgTessLOD/render/PatchRecords.h>
 #include <osgTessLOD/render/PatchTree.h>
+#include <osgTessLOD/render/RecordPool.h>
 #include <osgTessLOD/render/SelectionOptions.h>
 #include <osgTessLOD/render/SelectionStatistics.h>
 #include <osgTessLOD/render/SelectionView.h>
@@ -68,6 +69,8 @@ public:
 
 private:
     class Visit;
+    struct Workspace;
+    class Workspaces;
     struct UniformRecords;
 
     unsigned capOf(const SelectionOptions& options) const;
@@ -79,6 +82,8 @@ private:
     std::vector<BoundSphere> _nodeSpheres; ///< in the blocks' units
     std::vector<float> _nodeBounds;        ///< per node LevelNeed::kBoundRows rows
     std::unique_ptr<UniformRecords> _uniform;
+    std::unique_ptr<Workspaces> _workspaces;
+    mutable RecordPool _recordPool;
 };
 
 } // namespace osgTessLOD
