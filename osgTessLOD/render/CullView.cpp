@@ -12,7 +12,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <vector>
 
 namespace osgTessLOD {
 
@@ -46,39 +49,102 @@ osg::Matrixd inheritedModelView(osgUtil::CullVisitor& visitor)
     return matrix;
 }
 
-/// Extends the visitor's near and far planes by the spheres of the patches that are drawn: nearer to them than the box of all is.
-/// False if all are behind the eye.
-bool updateNearFarByPatches(osgUtil::CullVisitor& visitor, const LodAsset& asset,
-                            const std::vector<PatchRecord>& records)
-{
-    const osg::Matrixd& matrix = *visitor.getModelViewMatrix();
-    const osg::Vec3d toEye(matrix(0, 2), matrix(1, 2), matrix(2, 2)); // grows towards the eye by its length per unit
-    double near = std::numeric_limits<double>::max();
-    double far = std::numeric_limits<double>::lowest();
-    for (const PatchRecord& record : records) {
-        const LodPatch& patch = asset.patches[record.patch];
-        const osg::Vec3d center(patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2]);
-        const double depth = -(center * toEye + matrix(3, 2));
-        const double radius = double{patch.boundRadius} * toEye.length();
-        near = std::min(near, depth - radius);
-        far = std::max(far, depth + radius);
+/// From where to where along the view what is drawn reaches.
+class DepthRange {
+public:
+    /// Of what `toEye` takes to eye space.
+    void add(const osg::Matrixd& toEye, const osg::Vec3d& center, double radius)
+    {
+        const osg::Vec3d axis = depthAxis(toEye);
+        add(-(center * axis + toEye(3, 2)), radius * axis.length());
     }
-    if (!(far >= 0.0)) { return false; }
-    visitor.setCalculatedNearPlane(std::min<double>(near, visitor.getCalculatedNearPlane()));
-    visitor.setCalculatedFarPlane(std::max<double>(far, visitor.getCalculatedFarPlane()));
-    return true;
+    void add(const osg::Matrixd& toEye, const osg::BoundingBox& box)
+    {
+        const osg::Vec3d axis = depthAxis(toEye);
+        const osg::Vec3d half = osg::Vec3d(box._max - box._min) * 0.5;
+        const double reach =
+            std::fabs(axis.x()) * half.x() + std::fabs(axis.y()) * half.y() + std::fabs(axis.z()) * half.z();
+        add(-(osg::Vec3d(box.center()) * axis + toEye(3, 2)), reach);
+    }
+    /// Extends the visitor's near and far planes. False if all is behind the eye.
+    bool apply(osgUtil::CullVisitor& visitor) const
+    {
+        if (!(_far >= 0.0)) { return false; }
+        visitor.setCalculatedNearPlane(std::min<double>(_near, visitor.getCalculatedNearPlane()));
+        visitor.setCalculatedFarPlane(std::max<double>(_far, visitor.getCalculatedFarPlane()));
+        return true;
+    }
+
+private:
+    /// Grows towards the eye by its length per unit.
+    static osg::Vec3d depthAxis(const osg::Matrixd& toEye) { return {toEye(0, 2), toEye(1, 2), toEye(2, 2)}; }
+    void add(double depth, double reach)
+    {
+        _near = std::min(_near, depth - reach);
+        _far = std::max(_far, depth + reach);
+    }
+
+    double _near = std::numeric_limits<double>::max();
+    double _far = std::numeric_limits<double>::lowest();
+};
+
+/// Calls visit(first record, end, matrix to eye space) for records that follow each other in one place.
+template <class Visit>
+void forEachPlace(const PatchSelection& selection, const osg::Matrixd& localToEye, const Visit& visit)
+{
+    const RecordPlacements& placements = selection.placements();
+    if (!placements.set.valid()) {
+        visit(std::size_t{0}, selection.records().size(), localToEye);
+        return;
+    }
+    const std::vector<std::uint32_t>& numbers = placements.numbers;
+    for (std::size_t first = 0; first < numbers.size();) {
+        std::size_t end = first + 1;
+        while (end < numbers.size() && numbers[end] == numbers[first]) { ++end; }
+        visit(first, end, placements.set->matrices()[numbers[first]] * localToEye);
+        first = end;
+    }
+}
+
+/// By the spheres of the patches that are drawn: nearer to them than the box of all is.
+DepthRange depthsOfPatches(const PatchSelection& selection, const LodAsset& asset, const osg::Matrixd& localToEye)
+{
+    DepthRange range;
+    forEachPlace(selection, localToEye, [&](std::size_t first, std::size_t end, const osg::Matrixd& toEye) {
+        for (std::size_t k = first; k < end; ++k) {
+            const LodPatch& patch = asset.patches[selection.records()[k].patch];
+            range.add(toEye, osg::Vec3d(patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2]),
+                      patch.boundRadius);
+        }
+    });
+    return range;
+}
+
+/// By the boxes of the placements that are drawn.
+DepthRange depthsOfPlacements(const PatchSelection& selection, const osg::BoundingBox& bounds,
+                              const osg::Matrixd& localToEye)
+{
+    DepthRange range;
+    forEachPlace(selection, localToEye,
+                 [&](std::size_t, std::size_t, const osg::Matrixd& toEye) { range.add(toEye, bounds); });
+    return range;
 }
 
 /// As CullVisitor::apply(Drawable&) does for the modes of nearest primitives and of bounding volumes. False: behind the eye.
 bool updateNearFar(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawable, const PatchSelection& leaf)
 {
     const osg::BoundingBox& bounds = drawable.getBoundingBox();
+    const osg::RefMatrix& matrix = *visitor.getModelViewMatrix();
     switch (visitor.getComputeNearFarMode()) {
     case osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR: return true;
     case osg::CullSettings::COMPUTE_NEAR_FAR_USING_PRIMITIVES:
     case osg::CullSettings::COMPUTE_NEAR_USING_PRIMITIVES:
-        return updateNearFarByPatches(visitor, *drawable.getAsset(), leaf.records());
-    default: return !bounds.valid() || visitor.updateCalculatedNearFar(*visitor.getModelViewMatrix(), bounds);
+        return depthsOfPatches(leaf, *drawable.getAsset(), matrix).apply(visitor);
+    default:
+        if (leaf.placements().set.valid()) {
+            return depthsOfPlacements(leaf, drawable.getGpuAsset()->bounds(), matrix).apply(visitor);
+        }
+        return !bounds.valid() || visitor.updateCalculatedNearFar(matrix, bounds);
     }
 }
 
@@ -112,8 +178,17 @@ CullView::CullView(osgUtil::CullVisitor& visitor, const SelectionOptions& option
 
 SelectionView CullView::view() const
 {
-    if (_options.frozen) { return _options.frozenView; }
-    SelectionView view = makeSelectionView(_localToEye, _projection, _width, _height);
+    return _options.frozen ? _options.frozenView : viewThrough(_localToEye);
+}
+
+SelectionView CullView::view(const osg::Matrixd& placement) const
+{
+    return _options.frozen ? placedView(_options.frozenView, placement) : viewThrough(placement * _localToEye);
+}
+
+SelectionView CullView::viewThrough(const osg::Matrixd& localToEye) const
+{
+    SelectionView view = makeSelectionView(localToEye, _projection, _width, _height);
     const double lodScale = _visitor.getLODScale();
     if (lodScale > 0.0) { view.pixelScale /= lodScale; }
     return view;

@@ -28,10 +28,14 @@ public:
 
     /// In the drawable's local space; the frozen one if the options say so.
     SelectionView view() const;
+    /// In the space that `placement`, which is affine, takes to the drawable's.
+    SelectionView view(const osg::Matrixd& placement) const;
     /// Planes in local space, inside positive; none where the visitor does not cull by the frustum.
     std::vector<osg::Plane> frustum() const;
 
 private:
+    SelectionView viewThrough(const osg::Matrixd& localToEye) const;
+
     osgUtil::CullVisitor& _visitor;
     const SelectionOptions& _options;
     osg::Matrixd _localToEye;

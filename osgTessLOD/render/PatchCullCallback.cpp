@@ -4,7 +4,6 @@
 #include <osgTessLOD/render/CullView.h>
 #include <osgTessLOD/render/GpuAsset.h>
 #include <osgTessLOD/render/PatchSelection.h>
-#include <osgTessLOD/render/PatchSelector.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 
 #include <osg/Transform>
@@ -27,15 +26,9 @@ bool PatchCullCallback::cull(osg::NodeVisitor* visitor, osg::Drawable* drawable,
     // CullVisitor calls the outermost callback only: the ones that were added later are up to it.
     const auto* nested = dynamic_cast<const osg::DrawableCullCallback*>(getNestedCallback());
     if (nested != nullptr && nested->cull(visitor, drawable, renderInfo)) { return true; }
-    GpuAsset* asset = lod->getGpuAsset();
-    if (asset == nullptr) { return true; }
+    if (lod->getGpuAsset() == nullptr) { return true; }
     if (lod->isCullingActive() && cull->isCulled(lod->getBoundingBox())) { return true; }
-
-    const CullView visit(*cull, lod->getOptions());
-    const SelectionView view = visit.view();
-    PatchSelector::Result selected = asset->selector().select(view, lod->getOptions(), visit.frustum());
-    const osg::ref_ptr<PatchSelection> selection = new PatchSelection(
-        asset, std::move(selected.records), std::move(selected.statistics), view, lod->getOptions().backend);
+    const osg::ref_ptr<PatchSelection> selection = lod->select(CullView(*cull, lod->getOptions()));
     if (lod->getSelectionObserver() != nullptr) {
         const osg::Matrixd localToWorld = osg::computeLocalToWorld(cull->getNodePath());
         lod->getSelectionObserver()->selected(cull->getCurrentCamera(), localToWorld, *selection);
