@@ -97,7 +97,7 @@ void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, cons
         for (std::size_t k = 0; k < _records.size(); ++k) {
             Page& page = byPage[pages.pageOf(_records[k].patch)];
             page.records.push_back(_records[k]);
-            if (_placements.set.valid()) { page.placements.push_back(_placements.numbers[k]); }
+            if (_placements.set.valid()) { page.placements.push_back(_placements.numbers[0]); }
         }
     }
     state.pushStateSet(&program);
