@@ -31,7 +31,7 @@ GpuBytes gpuBytes(const LodAsset& asset)
     const osg::ref_ptr<AssetPages> pages = new AssetPages(asset, std::numeric_limits<std::int32_t>::max());
     GpuBytes bytes;
     for (const AssetPage& page : pages->pages()) {
-        for (const AssetPage::Buffer& buffer : page.buffers) {
+        for (const TexelBuffer& buffer : page.buffers) {
             double& sum = buffer.unit == AssetPages::kNormalsUnit      ? bytes.normals
                           : buffer.unit == AssetPages::kParametersUnit ? bytes.parameters
                           : buffer.unit == AssetPages::kUvsUnit || buffer.unit == AssetPages::kColorsUnit

@@ -5,8 +5,9 @@
 // In: tessLodEyePosition    eye space
 //     tessLodWeights        corner weights in the patch, tessLodFragmentPatch   (with TESSLOD_NORMALS)
 //     tessLodLevel          continuous level                                    (with TESSLOD_COLOR_BY_LEVEL)
+//     tessLodFragmentPlacement, tessLodPlacements  see tesslod_placement.glsl       (with TESSLOD_PLACEMENTS)
 // Out: gl_FragColor
-#pragma import_defines(TESSLOD_NORMALS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL, TESSLOD_UNFILLED)
+#pragma import_defines(TESSLOD_NORMALS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL, TESSLOD_UNFILLED, TESSLOD_PLACEMENTS)
 
 in vec3 tessLodEyePosition;
 #if defined(TESSLOD_NORMALS)
@@ -26,6 +27,34 @@ vec3 tessLodLevelColor(int level)
 }
 #endif
 
+#if defined(TESSLOD_PLACEMENTS)
+flat in int tessLodFragmentPlacement;
+uniform samplerBuffer tessLodPlacements;
+#endif
+
+// Of any length, in the drawable's space: a normal of the asset.
+vec3 tessLodPlacedNormal(vec3 normal)
+{
+#if defined(TESSLOD_PLACEMENTS)
+    int first = 6 * tessLodFragmentPlacement + 3;
+    return vec3(dot(texelFetch(tessLodPlacements, first).xyz, normal), dot(texelFetch(tessLodPlacements, first + 1).xyz, normal),
+                dot(texelFetch(tessLodPlacements, first + 2).xyz, normal));
+#else
+    return normal;
+#endif
+}
+
+// True where the way from the asset's space to the eye's turns the winding, not the normals.
+bool tessLodMirrored()
+{
+    bool mirrored = determinant(mat3(gl_ModelViewMatrix)) < 0.0;
+#if defined(TESSLOD_PLACEMENTS)
+    return mirrored != (texelFetch(tessLodPlacements, 6 * tessLodFragmentPlacement + 3).w < 0.0);
+#else
+    return mirrored;
+#endif
+}
+
 // True where the back of the surface is seen, given its eye-space normal.
 bool tessLodIsBack(vec3 normal)
 {
@@ -35,8 +64,7 @@ bool tessLodIsBack(vec3 normal)
 #if defined(TESSLOD_UNFILLED)
     return looksAway; // Mesa 22.3 draws outlines of tessellated triangles wrong where a shader asks for gl_FrontFacing
 #else
-    bool mirrored = determinant(mat3(gl_ModelViewMatrix)) < 0.0; // turns the winding, not the normals
-    return gl_FrontFacing == mirrored && looksAway;
+    return gl_FrontFacing == tessLodMirrored() && looksAway;
 #endif
 }
 
@@ -49,7 +77,7 @@ void tessLodOrient(inout TessLodFragment fragment)
 #if defined(TESSLOD_NORMALS)
     // A step along an edge by a part d of it changes two weights by d each: length √2 · d.
     float footprint = 0.70710678 * max(length(dFdx(tessLodWeights)), length(dFdy(tessLodWeights)));
-    vec3 normal = normalize(gl_NormalMatrix * tessLodPatchNormal(tessLodFragmentPatch, tessLodWeights, footprint));
+    vec3 normal = normalize(gl_NormalMatrix * tessLodPlacedNormal(tessLodPatchNormal(tessLodFragmentPatch, tessLodWeights, footprint)));
     fragment.isBack = tessLodIsBack(normal);
     fragment.normal = fragment.isBack ? -normal : normal;
 #else

@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: MIT
 // What the stage that places vertices hands on, be it the evaluation or the vertex shader.
 //
-// Shared text: pasted behind the #version line of the stages that need it, after tesslod_pattern.glsl and
-// tesslod_surface.glsl.
+// Shared text: pasted behind the #version line of the stages that need it, after tesslod_pattern.glsl,
+// tesslod_surface.glsl and tesslod_placement.glsl.
 //
-// Out: tessLodObjectPosition  object space (captured by PatchSelection::capture)
+// Out: tessLodObjectPosition  the drawable's space (captured by PatchSelection::capture)
 //      tessLodEyePosition     eye space
 //      tessLodWeights         corner weights of the point in its patch, morphed as the position is
 //      tessLodLevel           continuous level at the vertex
 //      tessLodFragmentPatch   the patch, within the buffers
+//      tessLodFragmentPlacement  set by the stage, before it puts a vertex      (with TESSLOD_PLACEMENTS)
 //      tessLodTexCoord        texture coordinates u, v, and how much of the point has any (0 … 1), morphed likewise
 //      tessLodColor           the source's colour, morphed likewise
-#pragma import_defines(TESSLOD_NORMALS, TESSLOD_PARAMETERS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL)
+#pragma import_defines(TESSLOD_NORMALS, TESSLOD_PARAMETERS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL, TESSLOD_PLACEMENTS)
 
 out vec3 tessLodObjectPosition;
 out vec3 tessLodEyePosition;
+#if defined(TESSLOD_PLACEMENTS)
+flat out int tessLodFragmentPlacement;
+#endif
 #if defined(TESSLOD_NORMALS)
 out vec3 tessLodWeights;
 flat out int tessLodFragmentPatch;
@@ -33,6 +37,9 @@ out float tessLodLevel;
 void tessLodPutVertex(int patchId, vec3 edgeLevels, int index)
 {
     TessLodPoint point = tessLodSurfacePoint(patchId, edgeLevels, index);
+#if defined(TESSLOD_PLACEMENTS)
+    point.position = tessLodPlaced(point.position, tessLodFragmentPlacement);
+#endif
     vec4 eyePosition = gl_ModelViewMatrix * vec4(point.position, 1.0);
     tessLodObjectPosition = point.position;
     tessLodEyePosition = eyePosition.xyz;

@@ -72,7 +72,7 @@ struct LodPatch {
     std::array<std::int32_t, 3> latticeOrigin{};
     std::array<float, 3> boundCenter{};  ///< sphere around every level's surface, morphs included; asset frame
     float boundRadius = 0.0F;
-    std::array<float, 3> coneAxis{};     ///< unit; every triangle normal of every level is within the angle of it
+    std::array<float, 3> coneAxis{};     ///< unit; the normals of all triangles ever drawn are within the angle of it
     float coneCosine = -1.0F;            ///< cosine of the cone's half angle; −1: no useful cone
     float chartError = 0.0F;             ///< two-sided distance chart ↔ source, contained in every level's error
     std::uint8_t finestLevel = 0;        ///< index into LodAsset::ladder

@@ -6,6 +6,7 @@
 #include <osgTessLOD/bake/ErrorFit.h>
 #include <osgTessLOD/bake/FinestLevels.h>
 #include <osgTessLOD/bake/LevelErrors.h>
+#include <osgTessLOD/bake/NormalCone.h>
 
 #include <Eigen/Geometry>
 #include <tbb/parallel_for.h>
@@ -162,7 +163,7 @@ public:
             if (!level.parameters.empty()) { storeParameters(stored, l, &level.parameters[first]); }
             level.errors[slot] = errorOf(vectors[l], chartError(p));
         }
-        boundNormals(stored.positions, patch);
+        boundNormals(stored, finest, patch);
         return boundSphere(stored.positions, patch);
     }
 
@@ -251,30 +252,13 @@ private:
         return {box.min().array() - rounding, box.max().array() + rounding};
     }
 
-    void boundNormals(const std::vector<std::vector<Vector3d>>& levels, LodPatch& patch) const
+    void boundNormals(const PatchLevels& levels, const FinestLevels& finest, LodPatch& patch) const
     {
-        const auto forEachNormal = [&](auto&& visit) {
-            for (std::size_t level = 0; level < levels.size(); ++level) {
-                for (const auto& t : _patterns[level].triangles()) {
-                    const Vector3d& a = levels[level][t[0]];
-                    visit(Vector3d((levels[level][t[1]] - a).cross(levels[level][t[2]] - a)));
-                }
-            }
-        };
-        Vector3d sum = Vector3d::Zero();
-        forEachNormal([&](const Vector3d& n) { sum += n; });
-        patch.coneCosine = -1.0F;
-        patch.coneAxis = {0.0F, 0.0F, 1.0F};
-        if (!(sum.norm() > 0.0)) { return; }
-        const Vector3d axis = sum.normalized();
-        double cosine = 1.0;
-        forEachNormal([&](const Vector3d& n) {
-            if (n.norm() > 0.0) { cosine = std::min(cosine, axis.dot(n) / n.norm()); }
-        });
-        const Eigen::Vector3f rounded = axis.cast<float>();
+        const NormalCone cone = coneOfDrawnNormals(levels, _hierarchy.ladder, finest);
+        const Eigen::Vector3f rounded = cone.axis.cast<float>();
         patch.coneAxis = {rounded.x(), rounded.y(), rounded.z()};
         // The axis' rounding turns it by less than 1e-6.
-        patch.coneCosine = static_cast<float>(std::max(-1.0, cosine - 1e-6));
+        patch.coneCosine = static_cast<float>(std::max(-1.0, cone.cosine - 1e-6));
     }
 
     const LatticeFrame& _frame;

@@ -4,7 +4,6 @@
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/GlConstants.h>
 
-#include <osg/BufferObject>
 #include <osg/Uniform>
 
 #include <algorithm>
@@ -121,16 +120,7 @@ private:
 
     void addBuffer(osg::Array* array, GLenum format, std::size_t numbersPerTexel, unsigned unit, const char* sampler)
     {
-        osg::ref_ptr<osg::VertexBufferObject> object = new osg::VertexBufferObject;
-        object->setUsage(GL_STATIC_DRAW_ARB);
-        array->setBufferObject(object.get());
-        osg::ref_ptr<osg::TextureBuffer> buffer = new osg::TextureBuffer(array);
-        buffer->setInternalFormat(static_cast<GLint>(format));
-        buffer->setTextureWidth(static_cast<int>(array->getNumElements() / numbersPerTexel));
-        _page.buffers.push_back({unit, array, buffer});
-        // Protected: a texture that a shadow technique puts over the scene has no business here.
-        _page.state->setTextureAttribute(unit, buffer.get(), osg::StateAttribute::ON | osg::StateAttribute::PROTECTED);
-        _page.state->addUniform(new osg::Uniform(sampler, static_cast<int>(unit)));
+        _page.buffers.push_back(TexelBuffer::make(*_page.state, array, format, numbersPerTexel, unit, sampler));
     }
 
     /// A word of each vertex of those levels that have any, one level after the other. Shifts: what to take off a vertex's
@@ -243,10 +233,7 @@ void AssetPages::releaseGLObjects(osg::State* state) const
 {
     for (const AssetPage& page : _pages) {
         page.state->releaseGLObjects(state);
-        // That releases the textures, but not the buffers behind them.
-        for (const AssetPage::Buffer& buffer : page.buffers) {
-            buffer.data->getBufferObject()->releaseGLObjects(state);
-        }
+        for (const TexelBuffer& buffer : page.buffers) { buffer.releaseGLObjects(state); }
     }
 }
 
@@ -254,9 +241,7 @@ void AssetPages::resizeGLObjectBuffers(unsigned maxSize)
 {
     for (const AssetPage& page : _pages) {
         page.state->resizeGLObjectBuffers(maxSize);
-        for (const AssetPage::Buffer& buffer : page.buffers) {
-            buffer.data->getBufferObject()->resizeGLObjectBuffers(maxSize);
-        }
+        for (const TexelBuffer& buffer : page.buffers) { buffer.resizeGLObjectBuffers(maxSize); }
     }
 }
 

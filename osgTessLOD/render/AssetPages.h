@@ -3,11 +3,10 @@
 
 #include <osgTessLOD/Export.h>
 #include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/render/TexelBuffer.h>
 
-#include <osg/Array>
 #include <osg/Referenced>
 #include <osg/StateSet>
-#include <osg/TextureBuffer>
 #include <osg/ref_ptr>
 
 #include <cstdint>
@@ -18,14 +17,9 @@ namespace osgTessLOD {
 /// Consecutive patches of an asset and the texture buffers with all that the shaders read of them. Numbers within a page
 /// count from its first patch and its first vertex: the shaders subtract tessLodFirstPatch and know nothing of pages.
 struct AssetPage {
-    struct Buffer {
-        unsigned unit; ///< texture unit
-        osg::ref_ptr<osg::Array> data;
-        osg::ref_ptr<osg::TextureBuffer> texture;
-    };
     std::uint32_t firstPatch;
     std::uint32_t patchCount;
-    std::vector<Buffer> buffers;
+    std::vector<TexelBuffer> buffers;
     osg::ref_ptr<osg::StateSet> state; ///< the buffers, and the uniforms and defines that go with them
 };
 

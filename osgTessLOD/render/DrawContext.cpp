@@ -90,12 +90,21 @@ bool DrawContext::canTessellate(osg::State& state, const std::vector<std::uint16
     return _tessellates;
 }
 
-void DrawContext::bindStream(osg::State& state, const void* data, std::size_t bytes)
+void DrawContext::bindStream(osg::State& state, std::initializer_list<Block> blocks)
 {
     const auto* gl = state.get<osg::GLExtensions>();
     if (_stream == 0) { gl->glGenBuffers(1, &_stream); }
     gl->glBindBuffer(GL_ARRAY_BUFFER_ARB, _stream);
-    gl->glBufferData(GL_ARRAY_BUFFER_ARB, static_cast<GLsizeiptr>(bytes), data, GL_STREAM_DRAW_ARB);
+    std::size_t bytes = 0;
+    for (const Block& block : blocks) { bytes += block.bytes; }
+    gl->glBufferData(GL_ARRAY_BUFFER_ARB, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_DRAW_ARB);
+    std::size_t first = 0;
+    for (const Block& block : blocks) {
+        if (block.bytes == 0) { continue; }
+        gl->glBufferSubData(GL_ARRAY_BUFFER_ARB, static_cast<GLintptr>(first), static_cast<GLsizeiptr>(block.bytes),
+                            block.data);
+        first += block.bytes;
+    }
 }
 
 void DrawContext::bindPattern(osg::State& state, unsigned factor)

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <map>
 #include <optional>
@@ -54,10 +55,17 @@ public:
     std::uint64_t verticesPerDraw() const { return _verticesPerDraw; }
     static constexpr std::uint64_t kSoftwareVerticesPerDraw = 60'000;
 
-    /// Binds the buffer, filled with `bytes` bytes of `data`, to GL_ARRAY_BUFFER.
-    void bindStream(osg::State& state, const void* data, std::size_t bytes);
+    struct Block {
+        const void* data;
+        std::size_t bytes;
+    };
+    /// Binds the buffer, filled with these one after the other, to GL_ARRAY_BUFFER.
+    void bindStream(osg::State& state, std::initializer_list<Block> blocks);
     /// Binds the triangles of the factor's pattern, 16-bit indices, to GL_ELEMENT_ARRAY_BUFFER.
     void bindPattern(osg::State& state, unsigned factor);
+    /// Draw calls made for patches since the context is known.
+    std::uint64_t drawCalls() const { return _drawCalls; }
+    void countDrawCall() { ++_drawCalls; }
     /// Leaves no buffers bound and OSG's bookkeeping saying so.
     static void unbind(osg::State& state);
 
@@ -77,6 +85,7 @@ private:
     std::int64_t _maxTextureBufferTexels = 0;
     std::int64_t _texelLimit = std::numeric_limits<std::int64_t>::max();
     std::uint64_t _verticesPerDraw = kSoftwareVerticesPerDraw;
+    std::uint64_t _drawCalls = 0;
     unsigned _stream = 0;
     std::map<unsigned, unsigned> _patterns; ///< buffers by factor
 };

@@ -67,16 +67,18 @@ osg::ref_ptr<SurfaceProxy> GpuAsset::proxy(const PickingOptions& options) const
     return proxy;
 }
 
-void GpuAsset::compileGLObjects(osg::State& state) const
+void GpuAsset::compileGLObjects(osg::State& state, const osg::StateSet* more) const
 {
     const AssetPages* pages = pagesFor(state);
     if (pages == nullptr || pages->pages().empty()) { return; }
     pages->compileGLObjects(state);
     state.pushStateSet(pages->pages().front().state.get()); // its defines choose the variants of programs
+    if (more != nullptr) { state.pushStateSet(more); }
     _programs->compileGLObjects(state, Backend::Instanced);
     if (DrawContext::of(state).canTessellate(state, _asset->ladder)) {
         _programs->compileGLObjects(state, Backend::Tessellation);
     }
+    if (more != nullptr) { state.popStateSet(); }
     state.popStateSet();
 }
 

@@ -49,7 +49,8 @@ public:
     /// The surface at one level as triangles. Made when first asked for, kept as long as somebody holds it; any thread.
     osg::ref_ptr<SurfaceProxy> proxy(const PickingOptions& options) const;
 
-    void compileGLObjects(osg::State& state) const;
+    /// Programs in the variant that `more`, if not null, asks for with the asset.
+    void compileGLObjects(osg::State& state, const osg::StateSet* more = nullptr) const;
     void releaseGLObjects(osg::State* state) const;
     void resizeGLObjectBuffers(unsigned maxSize);
 

@@ -23,15 +23,16 @@ osg::ref_ptr<osg::Program> makeVertexStages(Backend backend)
     if (backend == Backend::Instanced) {
         program->addShader(createShader(osg::Shader::VERTEX, "tesslod_instanced.vert",
                                         {"tesslod_precise.glsl", "tesslod_pattern.glsl", "tesslod_surface.glsl",
-                                         "tesslod_vertex.glsl"})
+                                         "tesslod_placement.glsl", "tesslod_vertex.glsl"})
                                .get());
         return program;
     }
     program->addShader(createShader(osg::Shader::VERTEX, "tesslod_patch.vert", {}).get());
     program->addShader(createShader(osg::Shader::TESSCONTROL, "tesslod_patch.tctrl", {}).get());
-    program->addShader(createShader(osg::Shader::TESSEVALUATION, "tesslod_patch.teval",
-                                    {"tesslod_pattern.glsl", "tesslod_surface.glsl", "tesslod_vertex.glsl"})
-                           .get());
+    program->addShader(
+        createShader(osg::Shader::TESSEVALUATION, "tesslod_patch.teval",
+                     {"tesslod_pattern.glsl", "tesslod_surface.glsl", "tesslod_placement.glsl", "tesslod_vertex.glsl"})
+            .get());
     return program;
 }
 
@@ -85,9 +86,7 @@ osg::ref_ptr<PatchPrograms> PatchPrograms::shared()
 
 PatchPrograms::PatchPrograms()
 {
-    for (const Backend backend : kBackends) {
-        _draws[{backend, std::string()}] = makeDraw(backend, std::string());
-    }
+    for (const Backend backend : kBackends) { _draws[{backend, std::string()}] = makeDraw(backend, std::string()); }
 }
 
 PatchPrograms::Draw PatchPrograms::makeDraw(Backend backend, const std::string& shading)

@@ -32,7 +32,6 @@ bool isApplied(const osg::State& state, const osg::StateSet& wanted)
            applied->getProgram() == wanted.getAttribute(osg::StateAttribute::PROGRAM);
 }
 
-
 } // namespace
 
 void SelectionStatistics::add(const SelectionStatistics& other)
@@ -53,11 +52,12 @@ PatchSelection::PatchSelection()
 }
 
 PatchSelection::PatchSelection(const GpuAsset* asset, PatchRecords records, SelectionStatistics statistics,
-                               const SelectionView& view, Backend backend)
+                               const SelectionView& view, Backend backend, RecordPlacements placements)
     : PatchSelection()
 {
     _asset = asset;
     _records = std::move(records);
+    _placements = std::move(placements);
     _statistics = std::move(statistics);
     _view = view;
     _backend = backend;
@@ -67,6 +67,7 @@ PatchSelection::PatchSelection(const PatchSelection& other, const osg::CopyOp& c
     : osg::Drawable(other, copyop)
     , _asset(other._asset)
     , _records(other._records)
+    , _placements(other._placements)
     , _statistics(other._statistics)
     , _view(other._view)
     , _backend(other._backend)
@@ -77,7 +78,8 @@ PatchSelection::~PatchSelection() = default;
 
 osg::BoundingBox PatchSelection::computeBoundingBox() const
 {
-    return _asset.valid() ? _asset->bounds() : osg::BoundingBox();
+    if (!_asset.valid()) { return {}; }
+    return _placements.set.valid() ? _placements.set->bounds() : _asset->bounds();
 }
 
 /// Calls draw(records) for the records of each page, with the page's state and the program's applied.
@@ -85,15 +87,26 @@ template <typename Draw>
 void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, const Draw& draw) const
 {
     const AssetPages& pages = *_asset->pagesFor(state);
-    std::vector<std::vector<PatchRecord>> byPage;
+    struct Page {
+        std::vector<PatchRecord> records;
+        std::vector<std::uint32_t> placements;
+    };
+    std::vector<Page> byPage;
     if (pages.pages().size() > 1) {
         byPage.resize(pages.pages().size());
-        for (const PatchRecord& record : _records) { byPage[pages.pageOf(record.patch)].push_back(record); }
+        for (std::size_t k = 0; k < _records.size(); ++k) {
+            Page& page = byPage[pages.pageOf(_records[k].patch)];
+            page.records.push_back(_records[k]);
+            if (_placements.set.valid()) { page.placements.push_back(_placements.numbers[k]); }
+        }
     }
     state.pushStateSet(&program);
+    if (_placements.set.valid()) { state.pushStateSet(_placements.set->state()); }
     for (std::size_t page = 0; page < pages.pages().size(); ++page) {
-        const PatchRecords records = byPage.empty() ? _records : PatchRecords(std::move(byPage[page]));
-        if (records.empty()) { continue; }
+        const DrawnRecords records =
+            byPage.empty() ? DrawnRecords{_records, _placements.numbers}
+                           : DrawnRecords{std::move(byPage[page].records), byPage[page].placements};
+        if (records.records.empty()) { continue; }
         state.pushStateSet(pages.pages()[page].state.get());
         state.apply();
         if (isApplied(state, program)) {
@@ -103,6 +116,7 @@ void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, cons
         }
         state.popStateSet();
     }
+    if (_placements.set.valid()) { state.popStateSet(); }
     state.popStateSet();
     state.apply();
 }
@@ -128,6 +142,7 @@ std::optional<Backend> PatchSelection::backend(osg::RenderInfo& renderInfo) cons
 {
     osg::State& state = *renderInfo.getState();
     if (!_asset.valid() || _asset->pagesFor(state) == nullptr) { return std::nullopt; }
+    if (_placements.set.valid() && !_placements.set->fits(state)) { return std::nullopt; }
     return chooseBackend(state, *_asset, _backend);
 }
 
@@ -137,10 +152,10 @@ void PatchSelection::drawImplementation(osg::RenderInfo& renderInfo) const
     const std::optional<Backend> backend = this->backend(renderInfo);
     if (!backend) { return; }
     osg::State& state = *renderInfo.getState();
-    forEachPage(state, *_asset->programs().draw(*backend, state), [&](const PatchRecords& records) {
+    forEachPage(state, *_asset->programs().draw(*backend, state), [&](const DrawnRecords& records) {
         const std::unique_ptr<PatchDraw> patches = PatchDraw::make(*backend, state, records);
         forEachDraw(
-            records, DrawContext::of(state).verticesPerDraw(),
+            records.records, DrawContext::of(state).verticesPerDraw(),
             [&](std::size_t first, std::size_t count, unsigned factor) { patches->draw(first, count, factor); });
     });
 }
@@ -154,7 +169,7 @@ std::vector<osg::Vec3f> PatchSelection::capture(osg::RenderInfo& renderInfo, con
     if (!backend) { return corners; }
     osg::State& state = *renderInfo.getState();
     const osg::ref_ptr<osg::StateSet> program = _asset->programs().capture(*backend, varying);
-    forEachPage(state, *program, [&](const PatchRecords& records) {
+    forEachPage(state, *program, [&](const DrawnRecords& records) {
         const std::unique_ptr<PatchDraw> patches = PatchDraw::make(*backend, state, records);
         TransformFeedback feedback(state);
         const auto captureDraw = [&](std::size_t first, std::size_t count, unsigned factor) {
@@ -169,7 +184,7 @@ std::vector<osg::Vec3f> PatchSelection::capture(osg::RenderInfo& renderInfo, con
                 corners.insert(corners.end(), triangles[k].begin(), triangles[k].end());
             }
         };
-        forEachDraw(records, DrawContext::kSoftwareVerticesPerDraw, captureDraw);
+        forEachDraw(records.records, DrawContext::kSoftwareVerticesPerDraw, captureDraw);
     });
     return corners;
 }

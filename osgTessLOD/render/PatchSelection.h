@@ -3,6 +3,7 @@
 
 #include <osgTessLOD/Export.h>
 #include <osgTessLOD/render/PatchRecords.h>
+#include <osgTessLOD/render/Placements.h>
 #include <osgTessLOD/render/SelectionOptions.h>
 #include <osgTessLOD/render/SelectionStatistics.h>
 #include <osgTessLOD/render/SelectionView.h>
@@ -19,19 +20,26 @@ namespace osgTessLOD {
 
 class GpuAsset;
 
+/// Where records are drawn: the number of each one's placement in a set. Without a set, in the drawable's own space.
+struct RecordPlacements {
+    osg::ref_ptr<const Placements> set;
+    std::vector<std::uint32_t> numbers;
+};
+
 /// The immutable result of one cull visit, and the leaf that draws it: the visible patches grouped by tessellation
 /// factor. Brings the state that it is drawn with. Holds a reference to the shared asset; owns no GL objects.
 class OSGTESSLOD_EXPORT PatchSelection : public osg::Drawable {
 public:
     PatchSelection();
     /// Draws `records` in their order: consecutive ones of equal level go in one draw, so sort them by level. No side's
-    /// level may be above its edge's finest. See PatchSelector. `asset` is not null.
+    /// level may be above its edge's finest. See PatchSelector. `asset` is not null; placements are as many as records, or none.
     PatchSelection(const GpuAsset* asset, PatchRecords records, SelectionStatistics statistics,
-                   const SelectionView& view, Backend backend = Backend::Auto);
+                   const SelectionView& view, Backend backend = Backend::Auto, RecordPlacements placements = {});
     PatchSelection(const PatchSelection& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
     META_Object(osgTessLOD, PatchSelection)
 
     const PatchRecords& records() const { return _records; }
+    const RecordPlacements& placements() const { return _placements; }
     const SelectionStatistics& statistics() const { return _statistics; }
     const SelectionView& view() const { return _view; }
     /// What draws it in the context of `renderInfo`, which must be current: never Auto; nothing if the context cannot draw it.
@@ -45,7 +53,8 @@ public:
     bool supports(const osg::PrimitiveFunctor&) const override { return true; }
 
     /// The triangles that the GPU makes of this selection, captured by transform feedback: of their corners, three per
-    /// triangle, patch after patch, the vec3 that the shaders put out as `varying`; object-space positions if none is named.
+    /// triangle, patch after patch, the vec3 that the shaders put out as `varying`; positions in the drawable's space if none is
+    /// named.
     /// Needs the GL context current; leaves GL state as found. Empty if the context cannot draw the asset.
     std::vector<osg::Vec3f> capture(osg::RenderInfo& renderInfo,
                                     const std::string& varying = "tessLodObjectPosition") const;
@@ -60,6 +69,7 @@ private:
 
     osg::ref_ptr<const GpuAsset> _asset;
     PatchRecords _records;
+    RecordPlacements _placements;
     SelectionStatistics _statistics;
     SelectionView _view;
     Backend _backend = Backend::Auto; ///< asked for

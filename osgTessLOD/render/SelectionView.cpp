@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace osgTessLOD {
 
@@ -74,7 +75,51 @@ SelectionView perspectiveView(const osg::Matrixd& localToClip, double width, dou
     return view;
 }
 
+/// Least and largest singular value of the matrix's linear part.
+std::pair<double, double> singularValues(const osg::Matrixd& m)
+{
+    const Vec3d x = gradient(m, 0);
+    const Vec3d y = gradient(m, 1);
+    const Vec3d z = gradient(m, 2);
+    // Smith, "Eigenvalues of a symmetric 3 × 3 matrix", 1961, for that of the products of rows.
+    const double mean = (x * x + y * y + z * z) / 3.0;
+    const double a = x * x - mean;
+    const double b = y * y - mean;
+    const double c = z * z - mean;
+    const double xy = x * y;
+    const double xz = x * z;
+    const double yz = y * z;
+    const double scale = std::sqrt((a * a + b * b + c * c + 2.0 * (xy * xy + xz * xz + yz * yz)) / 6.0);
+    if (!(scale > 1e-12 * mean)) { return {std::sqrt(mean), std::sqrt(mean)}; } // all alike but for rounding
+    const double determinant = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz);
+    const double angle = std::acos(std::clamp(determinant / (2.0 * scale * scale * scale), -1.0, 1.0)) / 3.0;
+    const double least = mean + 2.0 * scale * std::cos(angle + 2.0 * osg::PI / 3.0);
+    return {std::sqrt(std::max(0.0, least)), std::sqrt(mean + 2.0 * scale * std::cos(angle))};
+}
+
 } // namespace
+
+SelectionView placedView(const SelectionView& view, const osg::Matrixd& placement)
+{
+    // With v = M v' and u = M u', as above: |u| ≤ ‖M‖ |u'|, and n' = Mᵀ n.
+    const auto [least, largest] = singularValues(placement);
+    const osg::Matrixd inverse = osg::Matrixd::inverse(placement);
+    SelectionView placed = view;
+    if (view.orthographic) {
+        placed.axis = unit(osg::Matrixd::transform3x3(view.axis, inverse));
+        placed.pixelScale *= largest;
+    } else {
+        const Vec3d axis = osg::Matrixd::transform3x3(placement, view.axis);
+        placed.eye = view.eye * inverse;
+        placed.axis = unit(axis);
+        placed.pixelScale *= largest / axis.length();
+        placed.leastCosine = std::min(view.leastCosine, view.leastCosine * least / axis.length());
+    }
+    if (isUsable(placed)) { return placed; }
+    SelectionView nothing;
+    nothing.orthographic = view.orthographic;
+    return nothing;
+}
 
 SelectionView makeSelectionView(const osg::Matrixd& localToEye, const osg::Matrixd& projection, double width,
                                 double height)

@@ -29,4 +29,8 @@ struct SelectionView {
 OSGTESSLOD_EXPORT SelectionView makeSelectionView(const osg::Matrixd& localToEye, const osg::Matrixd& projection,
                                                   double width, double height);
 
+/// The view as it is seen from a space whose points `placement` (affine) takes to the view's: exact where it scales all alike, else
+/// of no fewer pixels. For views that are no longer known otherwise: makeSelectionView() is exact always.
+OSGTESSLOD_EXPORT SelectionView placedView(const SelectionView& view, const osg::Matrixd& placement);
+
 } // namespace osgTessLOD

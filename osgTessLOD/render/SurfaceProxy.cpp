@@ -5,6 +5,7 @@
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/MorphedSurface.h>
 #include <osgTessLOD/render/PatchSelector.h>
+#include <osgTessLOD/render/Placements.h>
 
 #include <algorithm>
 
@@ -33,6 +34,23 @@ SurfaceProxy::SurfaceProxy(const LodAsset& asset, const PatchSelector& selector,
             for (std::uint32_t v : triangle) { _triangles->push_back(first + v); }
         }
     }
+}
+
+SurfaceProxy::SurfaceProxy(const SurfaceProxy& one, const Placements& placements)
+    : _level(one._level)
+{
+    const auto everywhere = [](const osg::BoundingSphere&) { return true; };
+    placements.forEach(everywhere, [&](std::uint32_t number) {
+        const auto first = static_cast<unsigned>(_vertices->size());
+        for (const osg::Vec3& p : *one._vertices) { _vertices->push_back(placements.tessLodPlaced(p, number)); }
+        const std::size_t second = placements.mirrors(number) ? 2 : 1; // so that they stay counter-clockwise
+        for (std::size_t k = 0; k + 2 < one._triangles->size(); k += 3) {
+            const osg::DrawElementsUInt& t = *one._triangles;
+            for (const std::size_t corner : {k, k + second, k + 3 - second}) {
+                _triangles->push_back(first + t[corner]);
+            }
+        }
+    });
 }
 
 SurfaceProxy::~SurfaceProxy() = default;

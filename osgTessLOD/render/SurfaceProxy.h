@@ -15,6 +15,7 @@
 namespace osgTessLOD {
 
 class MorphedSurface;
+class Placements;
 class PatchSelector;
 struct LodAsset;
 
@@ -50,11 +51,14 @@ class OSGTESSLOD_EXPORT SurfaceProxy : public osg::Referenced {
 public:
     SurfaceProxy(const LodAsset& asset, const PatchSelector& selector, const MorphedSurface& surface, unsigned level);
 
+    /// `one` at each of the placements.
+    SurfaceProxy(const SurfaceProxy& one, const Placements& placements);
+
     /// The level that the options mean.
     static unsigned levelFor(const PatchSelector& selector, std::size_t levelCount, const PickingOptions& options);
 
     unsigned level() const { return _level; }
-    /// Asset frame; patch after patch, each with vertices of its own.
+    /// Asset frame, or that of the placements; patch after patch, each with vertices of its own.
     const osg::Vec3Array& vertices() const { return *_vertices; }
     /// Three per triangle, counter-clockwise.
     const osg::DrawElementsUInt& triangles() const { return *_triangles; }

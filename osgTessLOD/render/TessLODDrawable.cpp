@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/render/TessLODDrawable.h>
 
+#include <osgTessLOD/render/CullView.h>
 #include <osgTessLOD/render/GpuAsset.h>
+#include <osgTessLOD/render/IntersectionAccess.h>
 #include <osgTessLOD/render/PatchCullCallback.h>
 #include <osgTessLOD/render/PatchSelection.h>
 
 #include <osg/State>
-#include <osgUtil/IntersectionVisitor>
 
 namespace osgTessLOD {
 
@@ -24,15 +25,7 @@ void ensureCullCallback(osg::Drawable& drawable)
     drawable.setCullCallback(callback.get());
 }
 
-/// Does what is looked for meet the drawable's bounding sphere? enter() is protected; a pointer to it is not.
-class IntersectionAccess : public osgUtil::IntersectionVisitor {
-public:
-    static bool enters(osgUtil::IntersectionVisitor& visitor, const osg::Node& node)
-    {
-        return (visitor.*(&IntersectionAccess::enter))(node);
-    }
-};
-
+/// Does what is looked for meet the drawable's bounding sphere?
 bool comesNear(osgUtil::IntersectionVisitor* visitor, const osg::Drawable& drawable)
 {
     return visitor != nullptr && !visitor->getDoDummyTraversal() && IntersectionAccess::enters(*visitor, drawable);
@@ -62,10 +55,8 @@ TessLODDrawable::TessLODDrawable(const TessLODDrawable& other, const osg::CopyOp
     , _pickingOptions(other._pickingOptions)
     , _fileName(other._fileName)
 {
-    dropPickingSurface(); // a tree of one's own is made when needed, of the same surface
     ensureCullCallback(*this);
-    dirtyBound();
-    getBoundingBox();
+    TessLODDrawable::surfaceChanged(); // a tree of one's own is made when needed, of the same surface
 }
 
 TessLODDrawable::~TessLODDrawable() = default;
@@ -74,10 +65,8 @@ void TessLODDrawable::setAsset(std::shared_ptr<const LodAsset> asset)
 {
     _asset = std::move(asset);
     _gpuAsset = _asset != nullptr ? new GpuAsset(_asset) : nullptr;
-    dropPickingSurface();
     _fileName.clear();
-    dirtyBound();
-    getBoundingBox(); // now: cull traversals, possibly several at once, must find it computed
+    surfaceChanged();
 }
 
 void TessLODDrawable::shareAsset(const TessLODDrawable& other)
@@ -85,9 +74,14 @@ void TessLODDrawable::shareAsset(const TessLODDrawable& other)
     _asset = other._asset;
     _gpuAsset = other._gpuAsset;
     _fileName = other._fileName;
+    surfaceChanged();
+}
+
+void TessLODDrawable::surfaceChanged()
+{
     dropPickingSurface();
     dirtyBound();
-    getBoundingBox();
+    getBoundingBox(); // now: cull traversals, possibly several at once, must find it computed
 }
 
 void TessLODDrawable::setSelectionObserver(SelectionObserver* observer)
@@ -112,13 +106,24 @@ osg::BoundingBox TessLODDrawable::computeBoundingBox() const
 
 void TessLODDrawable::drawImplementation(osg::RenderInfo& renderInfo) const
 {
-    if (!_gpuAsset.valid()) { return; }
+    if (_gpuAsset.valid()) { selectUniform(0)->drawImplementation(renderInfo); }
+}
+
+osg::ref_ptr<PatchSelection> TessLODDrawable::select(const CullView& view) const
+{
+    const SelectionView selectionView = view.view();
+    PatchSelector::Result selected = _gpuAsset->selector().select(selectionView, _options, view.frustum());
+    return new PatchSelection(_gpuAsset.get(), std::move(selected.records), std::move(selected.statistics),
+                              selectionView, _options.backend);
+}
+
+osg::ref_ptr<PatchSelection> TessLODDrawable::selectUniform(unsigned level) const
+{
     const PatchSelector& selector = _gpuAsset->selector();
-    PatchRecords records = selector.uniformRecords(0);
+    PatchRecords records = selector.uniformRecords(level);
     SelectionStatistics statistics = selector.statisticsOf(records);
-    const osg::ref_ptr<PatchSelection> coarsest =
-        new PatchSelection(_gpuAsset.get(), std::move(records), std::move(statistics), SelectionView(), _options.backend);
-    coarsest->drawImplementation(renderInfo);
+    return new PatchSelection(_gpuAsset.get(), std::move(records), std::move(statistics), SelectionView(),
+                              _options.backend);
 }
 
 void TessLODDrawable::setPickingOptions(const PickingOptions& options)
@@ -139,8 +144,13 @@ osg::ref_ptr<SurfaceProxy> TessLODDrawable::getPickingSurface() const
 {
     if (!_gpuAsset.valid()) { return nullptr; }
     const std::lock_guard<std::mutex> lock(_pickingMutex);
-    if (!_pickingSurface) { _pickingSurface = _gpuAsset->proxy(_pickingOptions); }
+    if (!_pickingSurface) { _pickingSurface = makePickingSurface(); }
     return _pickingSurface;
+}
+
+osg::ref_ptr<SurfaceProxy> TessLODDrawable::makePickingSurface() const
+{
+    return _gpuAsset->proxy(_pickingOptions);
 }
 
 void TessLODDrawable::accept(osg::NodeVisitor& visitor)

@@ -14,7 +14,9 @@
 namespace osgTessLOD {
 
 struct LodAsset;
+class CullView;
 class GpuAsset;
+class PatchSelection;
 class SelectionObserver;
 
 /// Draws a LodAsset: in every cull visit its PatchCullCallback selects, per patch border, the level whose error on
@@ -55,6 +57,9 @@ public:
 
     GpuAsset* getGpuAsset() const;
 
+    /// What is drawn in a cull visit. There is an asset.
+    virtual osg::ref_ptr<PatchSelection> select(const CullView& view) const;
+
     osg::BoundingBox computeBoundingBox() const override;
     void drawImplementation(osg::RenderInfo& renderInfo) const override;
     using osg::Drawable::accept;
@@ -75,9 +80,15 @@ public:
 protected:
     ~TessLODDrawable() override;
 
-private:
-    void dropPickingSurface();
+    /// Everything at one level, or at its finest where that is coarser. There is an asset.
+    virtual osg::ref_ptr<PatchSelection> selectUniform(unsigned level) const;
+    /// There is an asset.
+    virtual osg::ref_ptr<SurfaceProxy> makePickingSurface() const;
+    /// Called when the asset, or what is shown of it, is another. Extend it.
+    virtual void surfaceChanged();
+    virtual void dropPickingSurface();
 
+private:
     std::shared_ptr<const LodAsset> _asset;
     osg::ref_ptr<GpuAsset> _gpuAsset;
     osg::ref_ptr<SelectionObserver> _observer;

@@ -5,6 +5,7 @@
 #include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/render/PlacedDrawable.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
+#include <osgTessLOD/render/TessLODInstances.h>
 #include <plugins/PluginOptions.h>
 
 #include <osg/Texture2D>
@@ -65,6 +66,9 @@ std::shared_ptr<const LodAsset> assetOf(const std::vector<PlacedDrawable>& scene
     }
     const auto& [drawable, matrix] = scene.front();
     if (!drawable->getAsset()) { throw std::runtime_error("the scene's TessLODDrawable has no asset"); }
+    if (dynamic_cast<const TessLODInstances*>(drawable.get()) != nullptr) {
+        throw std::runtime_error("a .tlod file cannot hold placements; .osgt, .osgb and .osgx files do");
+    }
     if (matrix.isIdentity()) { return drawable->getAsset(); }
 
     const osg::Vec3d origin = matrix.getTrans();

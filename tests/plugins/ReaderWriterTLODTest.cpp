@@ -5,6 +5,7 @@
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
+#include <osgTessLOD/render/TessLODInstances.h>
 #include <render/WarningCollector.h>
 #include <support/FileBytes.h>
 #include <support/TemporaryDirectory.h>
@@ -188,6 +189,10 @@ TEST(ReaderWriterTLOD, RefusesScenesThatAFileCannotHold)
     expectRefused(*turned, "rotated");
     const osg::ref_ptr<TessLODDrawable> empty = new TessLODDrawable;
     expectRefused(*empty, "no asset");
+    const osg::ref_ptr<TessLODInstances> many =
+        new TessLODInstances(std::make_shared<const LodAsset>(makeSyntheticAsset()));
+    many->setPlacements({osg::Matrixd()});
+    expectRefused(*many, "placements");
 }
 
 TEST(ReaderWriterTLOD, ReportsWhereAFileCannotBeWritten)

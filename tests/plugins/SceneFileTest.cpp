@@ -8,6 +8,7 @@
 #include <osgTessLOD/render/PatchCullCallback.h>
 #include <osgTessLOD/render/PlacedDrawable.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
+#include <osgTessLOD/render/TessLODInstances.h>
 #include <support/FileBytes.h>
 #include <support/TemporaryDirectory.h>
 
@@ -23,6 +24,7 @@
 #include <osgUtil/IntersectionVisitor>
 #include <osgUtil/LineSegmentIntersector>
 
+#include <cmath>
 #include <filesystem>
 #include <sstream>
 
@@ -129,6 +131,77 @@ TEST(SceneFile, HoldsWhatHasNoFile)
         EXPECT_EQ(onlyDrawable(scene)->getFileName(), "");
     }
     EXPECT_EQ(warnings.text(), "");
+}
+
+TEST(SceneFile, HoldsPlacements)
+{
+    const TemporaryDirectory folder;
+    const WarningCollector warnings;
+    const LodAsset asset = makeSyntheticAsset();
+    writeTlod(folder.file("rock.tlod"), asset);
+    // Numbers whose texts must give the same bits again, and more of them than a line has.
+    std::vector<osg::Matrixd> placements;
+    for (int k = 0; k < 30; ++k) {
+        placements.push_back(osg::Matrixd::scale(0.1 * k + 0.1, 1.0 / 3.0, 1e-7) *
+                             osg::Matrixd::rotate(0.1 * k, osg::Vec3d(1.0, 2.0, 3.0)) *
+                             osg::Matrixd::translate(1e6 / 7.0 * k, -0.1, 3e-9));
+    }
+    for (const std::string format : kFormats) {
+        for (const bool isReferenced : {false, true}) {
+            SCOPED_TRACE(format);
+            const osg::ref_ptr<TessLODInstances> instances =
+                new TessLODInstances(std::make_shared<const LodAsset>(asset));
+            if (isReferenced) { instances->setFileName(folder.file("rock.tlod")); }
+            instances->setPlacements(placements);
+            const std::string path = folder.file("scene." + format);
+            ASSERT_TRUE(write(*makeScene(*instances), path));
+            const osg::ref_ptr<osg::Node> scene = read(path);
+            expectTheScene(scene, asset);
+            const osg::ref_ptr<TessLODDrawable> found = onlyDrawable(scene);
+            const auto* again = dynamic_cast<const TessLODInstances*>(found.get());
+            ASSERT_NE(again, nullptr);
+            ASSERT_EQ(again->getPlacements().size(), placements.size());
+            for (std::size_t k = 0; k < placements.size(); ++k) {
+                for (int i = 0; i < 16; ++i) {
+                    const double stored = placements[k].ptr()[i];
+                    // OSG reads numbers of text digit by digit.
+                    const double rounding = format == "osgb" ? 0.0 : 1e-14 * std::fabs(stored);
+                    EXPECT_NEAR(again->getPlacements()[k].ptr()[i], stored, rounding) << k;
+                }
+            }
+            EXPECT_EQ(again->getBoundingBox()._max, instances->getBoundingBox()._max);
+            EXPECT_EQ(again->getFileName(), isReferenced ? folder.file("rock.tlod") : "");
+        }
+    }
+    const osg::ref_ptr<TessLODInstances> none = new TessLODInstances(std::make_shared<const LodAsset>(asset));
+    ASSERT_TRUE(write(*none, folder.file("none.osgt")));
+    const osg::ref_ptr<osg::Node> scene = read(folder.file("none.osgt"));
+    EXPECT_NE(dynamic_cast<const TessLODInstances*>(onlyDrawable(scene).get()), nullptr);
+    EXPECT_EQ(warnings.text(), "");
+}
+
+TEST(SceneFile, SurvivesTheLossOfPlacements)
+{
+    const TemporaryDirectory folder;
+    const osg::ref_ptr<TessLODInstances> instances = new TessLODInstances;
+    instances->setPlacements(std::vector<osg::Matrixd>(20, osg::Matrixd::translate(1.0, 2.0, 3.0)));
+    for (const std::string format : kFormats) {
+        const std::string path = folder.file("scene." + format);
+        ASSERT_TRUE(write(*instances, path));
+        const std::string bytes = readBytes(path);
+        for (std::size_t length = bytes.size() / 2; length + 40 < bytes.size(); length += bytes.size() / 29) {
+            writeBytes(path, bytes.substr(0, length));
+            const WarningCollector warnings;
+            read(path);
+            EXPECT_TRUE(format == "osgx" || !warnings.text().empty()) << format << " " << length;
+        }
+    }
+    writeBytes(folder.file("scene.osgt"),
+               "#Ascii Scene\n#Version 161\n#Generator OpenSceneGraph 3.6.5\n\nosgTessLOD::TessLODInstances {\n"
+               "  UniqueID 1\n  Placements 4000000000 {\n    1 0 0 0\n    0 1 0 0\n  }\n}\n");
+    const WarningCollector warnings;
+    read(folder.file("scene.osgt"));
+    EXPECT_NE(warnings.text(), "");
 }
 
 TEST(SceneFile, DoesNotHoldTheTreeThatPickingMakes)

@@ -107,6 +107,34 @@ TEST(SelectionView, knowsWhereTheEyeIsAndWhatItLooksAlong)
     }
 }
 
+TEST(SelectionView, isKnownFromThatOfAnotherSpace)
+{
+    const osg::Matrixd move = osg::Matrixd::rotate(0.7, 1.0, 2.0, 0.5) * osg::Matrixd::translate(1.0, -2.0, 0.4);
+    for (const Named& camera : cameras()) {
+        const SelectionView view = makeSelectionView(camera.localToEye, camera.projection, kWidth, kHeight);
+        for (const osg::Matrixd& placement : {osg::Matrixd(), move, osg::Matrixd::scale(-0.3, 0.3, 0.3) * move,
+                                              osg::Matrixd::scale(0.3, 2.0, 1.1) * move}) {
+            const SelectionView exact =
+                makeSelectionView(placement * camera.localToEye, camera.projection, kWidth, kHeight);
+            const SelectionView placed = placedView(view, placement);
+            const bool isAlike = std::fabs(osg::Matrixd::transform3x3(placement, osg::Vec3d(1, 0, 0)).length2() -
+                                           osg::Matrixd::transform3x3(placement, osg::Vec3d(0, 1, 0)).length2()) < 1e-9;
+            EXPECT_EQ(placed.orthographic, exact.orthographic);
+            EXPECT_LE((placed.axis ^ exact.axis).length(), 1e-9) << camera.name;
+            EXPECT_GE(placed.pixelScale, exact.pixelScale * (1.0 - 1e-9)) << camera.name;
+            EXPECT_LE(placed.pixelScale, exact.pixelScale * (isAlike ? 1.0 + 1e-9 : 20.0)) << camera.name;
+            if (placed.orthographic) { continue; }
+            EXPECT_GT(placed.axis * exact.axis, 0.0) << camera.name;
+            EXPECT_LE((placed.eye - exact.eye).length(), 1e-9 * (1.0 + exact.eye.length())) << camera.name;
+            EXPECT_LE(placed.leastCosine, exact.leastCosine + 1e-9) << camera.name;
+            if (isAlike) { EXPECT_NEAR(placed.leastCosine, exact.leastCosine, 1e-9) << camera.name; }
+        }
+        for (const osg::Matrixd& flat : {osg::Matrixd::scale(0.0, 0.0, 0.0), osg::Matrixd::scale(1.0, 0.0, 1.0)}) {
+            EXPECT_EQ(placedView(view, flat).pixelScale, 0.0) << camera.name;
+        }
+    }
+}
+
 TEST(SelectionView, whatShowsNothingHasNoPixels)
 {
     const Named camera = cameras()[1];

@@ -5,6 +5,8 @@
 
 #include <asset/SyntheticAsset.h>
 
+#include <osgTessLOD/render/TessLODInstances.h>
+
 #include <osg/CullFace>
 #include <osg/LightModel>
 #include <osg/LightSource>
@@ -38,7 +40,8 @@ protected:
         camera().setName("main");
         camera().setClearColor(osg::Vec4(0.2F, 0.3F, 0.5F, 1.0F));
         camera().setFinalDrawCallback(snapshot.get());
-        camera().setViewMatrixAsLookAt(osg::Vec3d(2.0, -9.0, 6.0), osg::Vec3d(0.0, 0.0, 0.5), osg::Vec3d(0.0, 0.0, 1.0));
+        camera().setViewMatrixAsLookAt(osg::Vec3d(2.0, -9.0, 6.0), osg::Vec3d(0.0, 0.0, 0.5),
+                                       osg::Vec3d(0.0, 0.0, 1.0));
         make(body, makeSyntheticAsset(32, false), osg::Matrixd::translate(0.0, 0.0, 1.6));
         make(sheet, makeSyntheticSheet(16, 4, false), osg::Matrixd::translate(-2.0, -2.0, 0.0));
         const osg::ref_ptr<osg::LightSource> source = new osg::LightSource;
@@ -193,6 +196,37 @@ TEST_F(Shadows, ofShadowMapsThatAreSetUpOtherwise)
 TEST_F(Shadows, ofViewDependentShadowMap)
 {
     expectShadowsOf(new osgShadow::ViewDependentShadowMap);
+}
+
+TEST_F(Shadows, ofPlacementsAreThoseOfDrawablesUnderTransforms)
+{
+    for (const bool isViewDependent : {false, true}) {
+        const auto showAll = [&] {
+            if (isViewDependent) {
+                showWith(new osgShadow::ViewDependentShadowMap);
+            } else {
+                showWith(new osgShadow::ShadowMap);
+            }
+            return picture();
+        };
+        const osg::ref_ptr<osg::Image> without = picture();
+        const osg::ref_ptr<osg::Image> theirs = showAll();
+        for (Thing* thing : {&body, &sheet}) {
+            const osg::ref_ptr<TessLODInstances> instances = new TessLODInstances(thing->drawable->getAsset());
+            instances->setOptions(thing->drawable->getOptions());
+            instances->setPlacements({thing->place->getMatrix()});
+            scene->replaceChild(thing->place.get(), instances.get());
+        }
+        const std::size_t shadowed = differingPixels(*theirs, *without, 20);
+        EXPECT_GT(shadowed, 2000U) << "no shadow to compare";
+        EXPECT_LT(differingPixels(*showAll(), *theirs, 4), shadowed / 20);
+        for (unsigned k = scene->getNumChildren(); k-- > 0;) {
+            if (dynamic_cast<TessLODInstances*>(scene->getChild(k)) != nullptr) { scene->removeChild(k); }
+        }
+        scene->addChild(body.place.get());
+        scene->addChild(sheet.place.get());
+        showWith(nullptr);
+    }
 }
 
 TEST_F(Shadows, leaveWhatIsThereWithoutLight)

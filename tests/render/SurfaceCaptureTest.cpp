@@ -366,7 +366,7 @@ TEST_P(SurfaceCapture, assetsOverTheLimitOfTextureBuffersAreDrawnPageByPage)
             EXPECT_GT(pages.pages().size(), pagesBefore);
             pagesBefore = pages.pages().size();
             for (const AssetPage& page : pages.pages()) {
-                for (const AssetPage::Buffer& buffer : page.buffers) {
+                for (const TexelBuffer& buffer : page.buffers) {
                     EXPECT_TRUE(buffer.texture->getTextureWidth() <= limit || page.patchCount == 1) << limit;
                 }
             }

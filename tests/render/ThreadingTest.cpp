@@ -6,7 +6,7 @@
 
 #include <asset/SyntheticAsset.h>
 
-#include <osgTessLOD/render/TessLODDrawable.h>
+#include <osgTessLOD/render/TessLODInstances.h>
 
 #include <osg/MatrixTransform>
 #include <osgUtil/UpdateVisitor>
@@ -75,6 +75,65 @@ TEST_P(Threading, selectionsStayAsTheyWereMade)
         const PatchRecords& now = entry.selection->records();
         ASSERT_EQ(now.size(), entry.records.size());
         ASSERT_EQ(std::memcmp(now.data(), entry.records.data(), now.size() * sizeof(PatchRecord)), 0);
+    }
+}
+
+TEST_P(Threading, placementsMayChangeWhileTheLastOnesAreDrawn)
+{
+    const WarningCollector warnings;
+    const osg::ref_ptr<TessLODInstances> instances =
+        new TessLODInstances(std::make_shared<const LodAsset>(makeSyntheticAsset(16, true)));
+    const osg::ref_ptr<RecordingObserver> observer = new RecordingObserver;
+    instances->setSelectionObserver(observer.get());
+    const osg::ref_ptr<osg::Group> root = new osg::Group;
+    root->addChild(instances.get());
+    const osg::ref_ptr<osg::Camera> texture = makeTextureCamera(instances.get(), 64);
+    texture->setReferenceFrame(osg::Transform::ABSOLUTE_RF_INHERIT_VIEWPOINT);
+    texture->setProjectionMatrixAsPerspective(60.0, 1.0, 0.1, 100.0);
+    texture->setViewMatrixAsLookAt(osg::Vec3d(0.0, 0.0, 12.0), osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
+    root->addChild(texture.get());
+
+    std::vector<RecordingObserver::Entry> entries;
+    std::vector<std::size_t> placed; // in the frame of each entry
+    {
+        osgViewer::Viewer viewer;
+        viewer.setThreadingModel(GetParam());
+        for (const double turn : {0.0, 90.0}) {
+            const osg::ref_ptr<osg::Camera> camera = new osg::Camera;
+            setUpHeadless(*camera, 96, 64);
+            viewer.addSlave(camera.get(), osg::Matrix(),
+                            osg::Matrix::rotate(osg::DegreesToRadians(turn), 0.0, 1.0, 0.0));
+        }
+        viewer.getCamera()->setProjectionMatrixAsPerspective(45.0, 1.5, 0.1, 100.0);
+        viewer.setSceneData(root.get());
+        viewer.realize();
+        for (int frame = 0; frame < kFrames; ++frame) {
+            const double t = 0.1 * frame;
+            viewer.getCamera()->setViewMatrixAsLookAt(osg::Vec3d(10.0 * std::cos(t), 3.0, 10.0 * std::sin(t)),
+                                                      osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
+            std::vector<osg::Matrixd> placements;
+            for (int k = 0; k < 3 + frame % 7; ++k) {
+                placements.push_back(
+                    osg::Matrixd::rotate(t, 1.0, 0.3, 0.0) *
+                    osg::Matrixd::translate(2.5 * (k % 3) - 2.5, 2.5 * (k / 3) - 1.25, std::sin(t + k)));
+            }
+            instances->setPlacements(placements);
+            viewer.frame();
+            for (auto& entry : observer->take()) {
+                entries.push_back(std::move(entry));
+                placed.push_back(placements.size());
+            }
+        }
+        viewer.stopThreading();
+    }
+    EXPECT_EQ(warnings.text(), "");
+    ASSERT_GE(entries.size(), static_cast<std::size_t>(kFrames * 2));
+    for (std::size_t e = 0; e < entries.size(); ++e) {
+        const PatchSelection& selection = *entries[e].selection;
+        ASSERT_EQ(selection.placements().set->matrices().size(), placed[e]);
+        ASSERT_EQ(selection.placements().numbers.size(), selection.records().size());
+        for (const std::uint32_t number : selection.placements().numbers) { ASSERT_LT(number, placed[e]); }
+        ASSERT_EQ(selection.records().size(), entries[e].records.size());
     }
 }
 
