@@ -97,13 +97,10 @@ void checkPatch(const LodAsset& asset, std::size_t p)
     }
     if (!finiteNotNegative(patch.chartError)) { fail("patch ", p, ": chart error is not a finite number ≥ 0"); }
 
-    if (!allFinite(patch.coneAxis) || !(patch.coneCosine >= -1.0F && patch.coneCosine <= 1.0F)) {
-        fail("patch ", p, ": normal cone is not finite or its cosine not one");
-    }
     const auto& a = patch.coneAxis;
     const float length = std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
     // A unit vector rounded to float is within 1e-7 of unit length; what is off by 1e-4 was never normalized.
-    if (patch.coneCosine > -1.0F && !(std::fabs(length - 1.0F) <= 1e-4F)) {
+    if (!(std::fabs(length - 1.0F) <= 1e-4F)) {
         fail("patch ", p, ": normal cone's axis is not a unit vector");
     }
 }
@@ -301,6 +298,9 @@ void checkErrors(const LodLevel& level, std::size_t l)
         const auto& q = error.quadratic.q;
         if (!allFinite(q) || !finiteNotNegative(error.isotropic) || q[0] < 0.0F || q[1] < 0.0F || q[2] < 0.0F) {
             fail("level ", l, ", error ", slot, ": not finite numbers ≥ 0");
+        }
+        if (!(error.coneCosine >= -1.0F && error.coneCosine <= 1.0F)) {
+            fail("level ", l, ", error ", slot, ": the cosine of its normal cone is none");
         }
     }
 }

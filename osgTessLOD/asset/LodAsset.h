@@ -72,8 +72,7 @@ struct LodPatch {
     std::array<std::int32_t, 3> latticeOrigin{};
     std::array<float, 3> boundCenter{};  ///< sphere around every level's surface, morphs included; asset frame
     float boundRadius = 0.0F;
-    std::array<float, 3> coneAxis{};     ///< unit; the normals of all triangles ever drawn are within the angle of it
-    float coneCosine = -1.0F;            ///< cosine of the cone's half angle; −1: no useful cone
+    std::array<float, 3> coneAxis{0.0F, 0.0F, 1.0F}; ///< unit, of the cones of the patch's normals: LevelError::coneCosine
     float chartError = 0.0F;             ///< two-sided distance chart ↔ source, contained in every level's error
     std::uint8_t finestLevel = 0;        ///< index into LodAsset::ladder
 };
@@ -86,10 +85,13 @@ struct LodEdge {
     std::uint8_t finestLevel = 0;        ///< the smaller of its patches' finest levels
 };
 
-/// Error of one patch at one level against the source, object units.
+/// Error of one patch at one level against the source, object units; and how it may be seen from behind.
 struct LevelError {
     ViewError quadratic;
     float isotropic = 0.0F;
+    /// Cosine of the angle that the normals of the level's triangles, and of all coarser levels', which its borders may be at,
+    /// are within of LodPatch::coneAxis; −1: of any. Slivers that turn over in a morph from one of these to the next do not count.
+    float coneCosine = -1.0F;
 };
 
 /// One level of every patch that reaches it, in patch order: pattern vertices in index order.

@@ -15,7 +15,7 @@ namespace osgTessLOD {
 namespace {
 
 constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'T', 'L', 'O', 'D', '\r', '\n', '\n'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kHeaderBytes = 32;
 constexpr std::size_t kHeaderCrcAt = 24;
 constexpr std::size_t kEntryBytes = 48;
@@ -211,7 +211,7 @@ TlodContainerReader::Header TlodContainerReader::parseHeader(const Bytes& bytes)
         throw AssetError(begins ? "line ends were changed: it was transferred as text" : "is not a .tlod file");
     }
     if (header.version != kVersion) {
-        throw AssetError("version " + std::to_string(header.version) + " is not supported, only 1");
+        throw AssetError("version " + std::to_string(header.version) + " is not supported, only " + std::to_string(kVersion));
     }
     if (header.fileBytes != _fileBytes) {
         throw AssetError(std::string(header.fileBytes > _fileBytes ? "is truncated" : "has trailing bytes") + ": " +

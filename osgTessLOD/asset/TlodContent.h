@@ -46,20 +46,20 @@ template <> struct ItemFormat<LodEdge> {
 };
 
 template <> struct ItemFormat<LodPatch> {
-    static constexpr std::size_t kBytes = 76;
+    static constexpr std::size_t kBytes = 72;
     template <class Stream, class Patch> static void pass(Stream& stream, Patch& patch)
     {
         stream.fields(patch.baseVertices, patch.edges, patch.latticeOrigin, patch.boundCenter, patch.boundRadius,
-                      patch.coneAxis, patch.coneCosine, patch.chartError, patch.finestLevel);
+                      patch.coneAxis, patch.chartError, patch.finestLevel);
         stream.zeros(3);
     }
 };
 
 template <> struct ItemFormat<LevelError> {
-    static constexpr std::size_t kBytes = 28;
+    static constexpr std::size_t kBytes = 32;
     template <class Stream, class Error> static void pass(Stream& stream, Error& error)
     {
-        stream.fields(error.quadratic.q, error.isotropic);
+        stream.fields(error.quadratic.q, error.isotropic, error.coneCosine);
     }
 };
 

@@ -25,8 +25,8 @@ namespace osgTessLOD {
 // per level. In the order they are written, coarse before fine:
 //
 //     META                the asset's counts, of which every other chunk's content bytes follow exactly, and its constants
-//     BASE EDGE PTCH      12 bytes a base vertex, 20 an edge, 76 a patch: the structs' fields in order, 0 up to the size
-//     LVLE LVLV           per ladder level: errors (28 bytes each), vertices (8 bytes, VertexCodec.h)
+//     BASE EDGE PTCH      12 bytes a base vertex, 20 an edge, 72 a patch: the structs' fields in order, 0 up to the size
+//     LVLE LVLV           per ladder level: errors (32 bytes each), vertices (8 bytes, VertexCodec.h)
 //     LVLP                after a level's LVLV where the level has parameters (4 bytes a vertex, VertexCodec.h)
 //     UVGR                if the asset has texture coordinates: their UvLattice, origin and step (16 bytes)
 //     LVLT LVLU           after a level's LVLP, if so: their errors (4 bytes a patch), texture coordinates (4 bytes a vertex)
@@ -50,7 +50,7 @@ OSGTESSLOD_EXPORT void writeTlod(const std::string& path, const LodAsset& asset)
 /// The same bytes to a stream.
 OSGTESSLOD_EXPORT void writeTlod(std::ostream& stream, const LodAsset& asset);
 
-/// Reads and validates. Throws AssetError naming the path and the fault for anything that is not a sound version 1
+/// Reads and validates. Throws AssetError naming the path and the fault for anything that is not a sound version 2
 /// file. Memory stays below twice the declared content, which is the sum of contentBytes of readTlodContents, plus 2 MiB
 /// (the codec's block, zstd's tables, the table of contents); sizes are checked before anything is allocated.
 OSGTESSLOD_EXPORT LodAsset readTlod(const std::string& path);

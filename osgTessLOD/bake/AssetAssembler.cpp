@@ -6,7 +6,6 @@
 #include <osgTessLOD/bake/ErrorFit.h>
 #include <osgTessLOD/bake/FinestLevels.h>
 #include <osgTessLOD/bake/LevelErrors.h>
-#include <osgTessLOD/bake/NormalCone.h>
 
 #include <Eigen/Geometry>
 #include <tbb/parallel_for.h>
@@ -163,7 +162,8 @@ public:
             if (!level.parameters.empty()) { storeParameters(stored, l, &level.parameters[first]); }
             level.errors[slot] = errorOf(vectors[l], chartError(p));
         }
-        boundNormals(stored, finest, patch);
+        const std::vector<float> cosines = boundNormals(stored.positions, patch);
+        for (std::size_t l = 0; l < cosines.size(); ++l) { asset.levels[l].errors[slots[l][p]].coneCosine = cosines[l]; }
         return boundSphere(stored.positions, patch);
     }
 
@@ -252,13 +252,33 @@ private:
         return {box.min().array() - rounding, box.max().array() + rounding};
     }
 
-    void boundNormals(const PatchLevels& levels, const FinestLevels& finest, LodPatch& patch) const
+    /// Of each level and all coarser ones about one axis.
+    std::vector<float> boundNormals(const std::vector<std::vector<Vector3d>>& levels, LodPatch& patch) const
     {
-        const NormalCone cone = coneOfDrawnNormals(levels, _hierarchy.ladder, finest);
-        const Eigen::Vector3f rounded = cone.axis.cast<float>();
+        const auto forEachNormal = [&](std::size_t level, auto&& visit) {
+            for (const auto& t : _patterns[level].triangles()) {
+                const Vector3d& a = levels[level][t[0]];
+                visit(Vector3d((levels[level][t[1]] - a).cross(levels[level][t[2]] - a)));
+            }
+        };
+        Vector3d sum = Vector3d::Zero();
+        for (std::size_t level = 0; level < levels.size(); ++level) {
+            forEachNormal(level, [&](const Vector3d& n) { sum += n; });
+        }
+        std::vector<float> cosines(levels.size(), -1.0F);
+        if (!(sum.norm() > 0.0)) { return cosines; }
+        const Vector3d axis = sum.normalized();
+        const Eigen::Vector3f rounded = axis.cast<float>();
         patch.coneAxis = {rounded.x(), rounded.y(), rounded.z()};
-        // The axis' rounding turns it by less than 1e-6.
-        patch.coneCosine = static_cast<float>(std::max(-1.0, cone.cosine - 1e-6));
+        double cosine = 1.0;
+        for (std::size_t level = 0; level < levels.size(); ++level) {
+            forEachNormal(level, [&](const Vector3d& n) {
+                if (n.norm() > 0.0) { cosine = std::min(cosine, axis.dot(n) / n.norm()); }
+            });
+            // The axis' rounding turns it by less than 1e-6.
+            cosines[level] = static_cast<float>(std::max(-1.0, cosine - 1e-6));
+        }
+        return cosines;
     }
 
     const LatticeFrame& _frame;

@@ -163,11 +163,14 @@ std::vector<const osg::StateSet*> statesFor(osgUtil::CullVisitor& visitor, const
 
 } // namespace
 
-CullView::CullView(osgUtil::CullVisitor& visitor, const SelectionOptions& options)
+CullView::CullView(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawable)
     : _visitor(visitor)
-    , _options(options)
+    , _options(drawable.getOptions())
+    , _culledFace(culledFaceOf(visitor, drawable.getStateSet()))
 {
     const osg::Camera* other = inheritedFrom(visitor);
+    // Which side of a triangle shows is up to the camera that draws.
+    if (other != nullptr || _options.frozen) { _culledFace = CulledFace::None; }
     const osg::Viewport* viewport = other != nullptr ? other->getViewport() : visitor.getViewport();
     _projection = other != nullptr ? other->getProjectionMatrix() : *visitor.getProjectionMatrix();
     _localToEye = other != nullptr ? inheritedModelView(visitor) : *visitor.getModelViewMatrix();
@@ -192,6 +195,13 @@ SelectionView CullView::viewThrough(const osg::Matrixd& localToEye) const
     const double lodScale = _visitor.getLODScale();
     if (lodScale > 0.0) { view.pixelScale /= lodScale; }
     return view;
+}
+
+PatchSelector::CulledFaces CullView::culledFaces(const SelectionView& view) const
+{
+    using Faces = PatchSelector::CulledFaces;
+    if (_culledFace == CulledFace::None) { return Faces::None; }
+    return (_culledFace == CulledFace::Clockwise) != view.mirrored ? Faces::Back : Faces::Front;
 }
 
 std::vector<osg::Plane> CullView::frustum() const

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/render/CulledFace.h>
+#include <osgTessLOD/render/PatchSelector.h>
 #include <osgTessLOD/render/SelectionOptions.h>
 #include <osgTessLOD/render/SelectionView.h>
 
@@ -21,7 +23,7 @@ class TessLODDrawable;
 /// What a cull visit to a drawable sees, and by how many pixels: see PatchCullCallback. For the time of the visit.
 class CullView {
 public:
-    CullView(osgUtil::CullVisitor& visitor, const SelectionOptions& options);
+    CullView(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawable);
 
     osgUtil::CullVisitor& visitor() const { return _visitor; }
     const SelectionOptions& options() const { return _options; }
@@ -32,12 +34,15 @@ public:
     SelectionView view(const osg::Matrixd& placement) const;
     /// Planes in local space, inside positive; none where the visitor does not cull by the frustum.
     std::vector<osg::Plane> frustum() const;
+    /// What GL will not draw of triangles seen in `view`, one of those above: by the state that the drawable will be drawn with.
+    PatchSelector::CulledFaces culledFaces(const SelectionView& view) const;
 
 private:
     SelectionView viewThrough(const osg::Matrixd& localToEye) const;
 
     osgUtil::CullVisitor& _visitor;
     const SelectionOptions& _options;
+    CulledFace _culledFace;
     osg::Matrixd _localToEye;
     osg::Matrixd _projection;
     double _width = 0.0; ///< of the viewport, pixels

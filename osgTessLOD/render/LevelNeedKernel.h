@@ -37,15 +37,14 @@ struct alignas(32) Spheres {
 struct alignas(32) Errors {
     float q[6][kLanes]; ///< ViewError::q
     float isotropic[kLanes];
+    float coneCosine[kLanes]; ///< LevelError::coneCosine
 };
 
-/// Normals of a patch are within the cone.
-struct alignas(32) Cones {
+/// LodPatch::coneAxis.
+struct alignas(32) ConeAxes {
     float x[kLanes];
     float y[kLanes];
     float z[kLanes];
-    float cosine[kLanes];
-    float sine[kLanes];
 };
 
 /// How patches meet. Sides are of 0, 1, 2; what lies on the other side of an open border is the side itself.
@@ -73,8 +72,9 @@ struct Kernel {
     void (*needs)(const View& view, const Spheres& spheres, const Errors* errors, int& hint, float* needs);
     /// Bit k: sphere k lies behind the plane n · p + d ≥ 0, `plane` = n, d with n of unit length.
     unsigned (*behind)(const float* plane, const Spheres& spheres);
-    /// Bit k: no triangle of patch k shows its front (`sign` 1), or its back (−1), wherever in the sphere it lies.
-    unsigned (*hidden)(const View& view, const Spheres& spheres, const Cones& cones, float sign);
+    /// Bit k: no triangle of patch k, whose normals are so far from the axis, shows its front (`sign` 1), or its back (−1),
+    /// wherever in the sphere it lies.
+    unsigned (*hidden)(const View& view, const Spheres& spheres, const ConeAxes& axes, const Lanes& cosines, float sign);
     /// Levels of the patches at position `first` and after: of borders the larger need of both sides, as far as the border
     /// goes and at most `cap`. `needs`: at [side · stride + position]; stride 0 where all sides of a patch need the same. Bit k
     /// of the result: patch k is saturated.

@@ -223,7 +223,7 @@ unsigned behind(const float* plane, const Spheres& spheres)
     return bits(distance + radius + kRounding * size < -kRounding * (plane[3] < 0.0F ? -plane[3] : plane[3]));
 }
 
-unsigned hidden(const View& view, const Spheres& spheres, const Cones& cones, float sign)
+unsigned hidden(const View& view, const Spheres& spheres, const ConeAxes& axes, const Lanes& cosines, float sign)
 {
     Sight sight;
     if (view.orthographic) {
@@ -233,11 +233,13 @@ unsigned hidden(const View& view, const Spheres& spheres, const Cones& cones, fl
         Ints inside;
         look(view, spheres, sight, distance, inside);
     }
-    const Floats x = load(cones.x);
-    const Floats y = load(cones.y);
-    const Floats z = load(cones.z);
-    const Floats cosine = load(cones.cosine);
-    const Floats sine = load(cones.sine);
+    const Floats x = load(axes.x);
+    const Floats y = load(axes.y);
+    const Floats z = load(axes.z);
+    const Floats cosine = load(cosines.at);
+    Floats sine = 1.0F - cosine * cosine;
+    sine = LARGEST(sine, kZero);
+    squareRoot(sine);
     constexpr float kSlack = 1e-5F;
     const Floats along = (x * sight.x + y * sight.y + z * sight.z) * sign;
     const Floats sineOfBoth = sine * sight.cosine + cosine * sight.sine;

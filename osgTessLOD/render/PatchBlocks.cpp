@@ -83,7 +83,7 @@ PatchBlocks::PatchBlocks(const LodAsset& asset, const std::vector<std::uint32_t>
     _spheres.resize(count);
     _middles.resize(3 * count);
     _errors.resize(_levelCount * count);
-    _cones.resize(count);
+    _coneAxes.resize(count);
     _borders.resize(count);
     _hasShortBorders.assign(count, 0);
     placePatches(asset, order);
@@ -111,12 +111,10 @@ void PatchBlocks::placePatches(const LodAsset& asset, const std::vector<std::uin
         sphere.y[lane] = patch.boundCenter[1] * units;
         sphere.z[lane] = patch.boundCenter[2] * units;
         sphere.radius[lane] = patch.boundRadius * units;
-        kernel::Cones& cone = _cones[block];
-        cone.x[lane] = patch.coneAxis[0];
-        cone.y[lane] = patch.coneAxis[1];
-        cone.z[lane] = patch.coneAxis[2];
-        cone.cosine[lane] = patch.coneCosine;
-        cone.sine[lane] = std::sqrt(std::max(0.0F, 1.0F - patch.coneCosine * patch.coneCosine));
+        kernel::ConeAxes& axis = _coneAxes[block];
+        axis.x[lane] = patch.coneAxis[0];
+        axis.y[lane] = patch.coneAxis[1];
+        axis.z[lane] = patch.coneAxis[2];
         kernel::Borders& borders = _borders[block];
         borders.numbers[lane] = order[position];
         for (std::uint32_t side = 0; side < 3; ++side) {
@@ -153,6 +151,7 @@ void PatchBlocks::addErrors(const LodAsset& asset, const std::vector<std::uint32
             kernel::Errors& at = _errors[_levelCount * (position / kLanes) + level];
             for (std::size_t k = 0; k < 6; ++k) { at.q[k][position % kLanes] = error.quadratic.q[k]; }
             at.isotropic[position % kLanes] = error.isotropic;
+            at.coneCosine[position % kLanes] = scaled.coneCosine;
         }
     }
 }

@@ -35,7 +35,7 @@ public:
     const kernel::Spheres* middles(std::uint32_t block) const { return &_middles[std::size_t{3} * block]; }
     /// One per level.
     const kernel::Errors* errors(std::uint32_t block) const { return &_errors[_levelCount * block]; }
-    const kernel::Cones& cones(std::uint32_t block) const { return _cones[block]; }
+    const kernel::ConeAxes& coneAxes(std::uint32_t block) const { return _coneAxes[block]; }
     const kernel::Borders& borders(std::uint32_t block) const { return _borders[block]; }
     /// Does a border of one of its patches end before the patch?
     bool hasShortBorders(std::uint32_t block) const { return _hasShortBorders[block] != 0; }
@@ -59,7 +59,7 @@ private:
     std::vector<kernel::Spheres> _spheres;
     std::vector<kernel::Spheres> _middles;
     std::vector<kernel::Errors> _errors;
-    std::vector<kernel::Cones> _cones;
+    std::vector<kernel::ConeAxes> _coneAxes;
     std::vector<kernel::Borders> _borders;
     std::vector<std::uint8_t> _hasShortBorders;
     std::vector<std::uint32_t> _firstNeighbour;

@@ -295,10 +295,6 @@ private:
             for (std::size_t k = 0; planes >> k != 0; ++k) {
                 if ((planes >> k & 1U) != 0) { lanes &= ~_kernel.behind(_roundedPlanes[k].data(), _blocks.spheres(block)); }
             }
-            if (_faces != CulledFaces::None && lanes != 0) {
-                lanes &= ~_kernel.hidden(_need.kernelView(), _blocks.spheres(block), _blocks.cones(block),
-                                         _faces == CulledFaces::Back ? 1.0F : -1.0F);
-            }
             if (lanes != 0) { _visible.push_back({block, lanes}); }
         }
     }
@@ -373,6 +369,18 @@ private:
                               block * PatchBlocks::kLanes, static_cast<float>(_cap), levels);
     }
 
+    /// Bits of patches of which all triangles show the culled face.
+    unsigned hiddenAt(std::uint32_t block, const kernel::Levels& levels) const
+    {
+        const kernel::Errors* errors = _blocks.errors(block);
+        kernel::Lanes cosines;
+        for (std::size_t lane = 0; lane < PatchBlocks::kLanes; ++lane) {
+            cosines.at[lane] = errors[levels.drawn[lane]].coneCosine[lane];
+        }
+        return _kernel.hidden(_need.kernelView(), _blocks.spheres(block), _blocks.coneAxes(block), cosines,
+                              _faces == CulledFaces::Back ? 1.0F : -1.0F);
+    }
+
     Result result()
     {
         const std::size_t mostRecords = _visible.size() * PatchBlocks::kLanes;
@@ -387,11 +395,12 @@ private:
         std::uint64_t saturated = 0;
         for (const VisibleBlock& visible : _visible) {
             kernel::Levels levels;
-            for (unsigned lanes = levelsOf(visible.block, levels) & visible.lanes; lanes != 0; lanes &= lanes - 1) {
-                ++saturated;
-            }
+            const unsigned saturatedLanes = levelsOf(visible.block, levels);
+            unsigned shown = visible.lanes;
+            if (_faces != CulledFaces::None) { shown &= ~hiddenAt(visible.block, levels); }
+            for (unsigned lanes = saturatedLanes & shown; lanes != 0; lanes &= lanes - 1) { ++saturated; }
             const kernel::Borders& borders = _blocks.borders(visible.block);
-            for (unsigned lanes = visible.lanes; lanes != 0; lanes &= lanes - 1) {
+            for (unsigned lanes = shown; lanes != 0; lanes &= lanes - 1) {
                 const auto lane = static_cast<unsigned>(__builtin_ctz(lanes));
                 records[count] = {borders.numbers[lane],
                                   {levels.edges[0][lane], levels.edges[1][lane], levels.edges[2][lane]}};

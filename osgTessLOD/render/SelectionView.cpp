@@ -64,6 +64,8 @@ SelectionView perspectiveView(const osg::Matrixd& localToClip, double width, dou
     SelectionView view;
     view.eye = -(fromX * localToClip(3, 0) + fromY * localToClip(3, 1) + fromW * localToClip(3, 3));
     view.axis = unit(w);
+    // Twice a triangle's area on screen is, up to what is positive, determinant · (normal · direction from the eye).
+    view.mirrored = determinant > 0.0;
     const auto across = [&](const Vec3d& v) { return v - view.axis * (v * view.axis); };
     view.pixelScale = largestSingularValue(across(x) * (0.5 * width), across(y) * (0.5 * height)) / w.length();
     for (const double cornerX : {-1.0, 1.0}) {

@@ -20,6 +20,8 @@ struct SelectionView {
     osg::Vec3d axis{0.0, 0.0,
                     -1.0};    ///< unit, local space, along which depth grows; orthographic: along which one looks
     double leastCosine = 1.0; ///< of the angle between the axis and any direction in view: that of a corner, > 0
+    /// Are triangles clockwise on screen, as GL has it, when their normals look towards the eye? Transforms that mirror do that.
+    bool mirrored = false;
 };
 
 /// The view through `localToEye` and `projection` (as OSG has them: row vectors) into a viewport of so many pixels. Nothing

@@ -112,7 +112,8 @@ void TessLODDrawable::drawImplementation(osg::RenderInfo& renderInfo) const
 osg::ref_ptr<PatchSelection> TessLODDrawable::select(const CullView& view) const
 {
     const SelectionView selectionView = view.view();
-    PatchSelector::Result selected = _gpuAsset->selector().select(selectionView, _options, view.frustum());
+    PatchSelector::Result selected = _gpuAsset->selector().select(selectionView, _options, view.frustum(),
+                                                                  view.culledFaces(selectionView));
     return new PatchSelection(_gpuAsset.get(), std::move(selected.records), std::move(selected.statistics),
                               selectionView, _options.backend);
 }

@@ -131,7 +131,9 @@ osg::ref_ptr<PatchSelection> TessLODInstances::select(const CullView& view) cons
                              std::vector<osg::Plane> frustum = view.frustum();
                              for (osg::Plane& plane : frustum) { plane.transformProvidingInverse(placement); }
                              if (culls && isOutside(asset.bounds(), frustum)) { return; }
-                             gathered.add(number, asset.selector().select(view.view(placement), getOptions(), frustum));
+                             const SelectionView placed = view.view(placement);
+                             gathered.add(number, asset.selector().select(placed, getOptions(), frustum,
+                                                                          view.culledFaces(placed)));
                          });
     return gathered.selection(asset, *_placements, view.view(), getOptions().backend);
 }

@@ -268,7 +268,7 @@ private:
             }
             const double factor = _asset.ladder[level];
             const auto error = static_cast<float>(_shape.coarseError / (factor * factor));
-            _asset.levels[level].errors.push_back({ViewError::isotropic(error), error});
+            _asset.levels[level].errors.push_back({ViewError::isotropic(error), error, -1.0F});
         }
         bound(patch, points);
     }
@@ -314,7 +314,9 @@ private:
             patch.coneAxis[k] = static_cast<float>(axis[k]);
         }
         patch.boundRadius = static_cast<float>(radius * 1.0001);
-        patch.coneCosine = static_cast<float>(std::max(-1.0, cosine - 1e-4));
+        for (std::size_t level = 0; level <= patch.finestLevel; ++level) {
+            _asset.levels[level].errors.back().coneCosine = static_cast<float>(std::max(-1.0, cosine - 1e-4));
+        }
     }
 
     Shape _shape;

@@ -217,16 +217,16 @@ TEST(LevelNeedKernel, givesTheSameBitsWhateverTheProcessor)
         ASSERT_TRUE(haveSameBits(needs, needsOf(baseline(), block, view, 3))) << k;
         for (const float need : needs.at) { ASSERT_TRUE(need >= 0.0F && need <= kLevels) << k << ": " << need; }
 
-        Cones cones{};
+        ConeAxes axes{};
+        Lanes cosines{};
         Borders borders{};
         std::array<Lanes, 3> all{};
         for (unsigned lane = 0; lane < kLanes; ++lane) {
             const osg::Vec3d axis = random.direction();
-            cones.x[lane] = static_cast<float>(axis.x());
-            cones.y[lane] = static_cast<float>(axis.y());
-            cones.z[lane] = static_cast<float>(axis.z());
-            cones.cosine[lane] = random.single(-1.0, 1.0);
-            cones.sine[lane] = std::sqrt(1.0F - cones.cosine[lane] * cones.cosine[lane]);
+            axes.x[lane] = static_cast<float>(axis.x());
+            axes.y[lane] = static_cast<float>(axis.y());
+            axes.z[lane] = static_cast<float>(axis.z());
+            cosines.at[lane] = random.single(-1.0, 1.0);
             borders.reach[lane] = 6.0F;
             for (std::size_t side = 0; side < 3; ++side) {
                 borders.twins[side][lane] = static_cast<std::uint32_t>(random.between(0.0, 8.0));
@@ -238,7 +238,8 @@ TEST(LevelNeedKernel, givesTheSameBitsWhateverTheProcessor)
         const float plane[] = {0.6F, 0.0F, 0.8F, random.single(-1.0, 1.0)};
         ASSERT_EQ(avx2()->behind(plane, block.spheres), baseline().behind(plane, block.spheres));
         for (const float sign : {1.0F, -1.0F}) {
-            ASSERT_EQ(avx2()->hidden(view, block.spheres, cones, sign), baseline().hidden(view, block.spheres, cones, sign));
+            ASSERT_EQ(avx2()->hidden(view, block.spheres, axes, cosines, sign),
+                      baseline().hidden(view, block.spheres, axes, cosines, sign));
         }
         for (const std::uint32_t stride : {0U, kLanes}) {
             Levels fast{};
@@ -262,19 +263,19 @@ TEST(LevelNeedKernel, hiddenIsWhatShowsItsBackFromAnywhere)
         const Block block = randomBlock(random);
         const SeenBlock seen = randomView(random);
         const View view = LevelNeed(seen.view, seen.options, kLevels, kLevels - 1, 1.0).kernelView();
-        Cones cones{};
+        ConeAxes rounded{};
+        Lanes cosines{};
         std::array<osg::Vec3d, kLanes> axes;
         for (unsigned lane = 0; lane < kLanes; ++lane) {
             axes[lane] = random.direction();
             const double angle = random.between(0.0, 1.2);
-            cones.x[lane] = static_cast<float>(axes[lane].x());
-            cones.y[lane] = static_cast<float>(axes[lane].y());
-            cones.z[lane] = static_cast<float>(axes[lane].z());
-            cones.cosine[lane] = static_cast<float>(std::cos(angle));
-            cones.sine[lane] = static_cast<float>(std::sin(angle));
+            rounded.x[lane] = static_cast<float>(axes[lane].x());
+            rounded.y[lane] = static_cast<float>(axes[lane].y());
+            rounded.z[lane] = static_cast<float>(axes[lane].z());
+            cosines.at[lane] = static_cast<float>(std::cos(angle));
         }
         for (const double sign : {1.0, -1.0}) {
-            const unsigned lanes = best().hidden(view, block.spheres, cones, static_cast<float>(sign));
+            const unsigned lanes = best().hidden(view, block.spheres, rounded, cosines, static_cast<float>(sign));
             for (unsigned lane = 0; lane < kLanes; ++lane) {
                 if ((lanes >> lane & 1U) == 0) { continue; }
                 ++hidden;
@@ -284,7 +285,8 @@ TEST(LevelNeedKernel, hiddenIsWhatShowsItsBackFromAnywhere)
                     // On the cone's rim.
                     osg::Vec3d across = random.direction() ^ axes[lane];
                     across.normalize();
-                    const osg::Vec3d normal = axes[lane] * double{cones.cosine[lane]} + across * double{cones.sine[lane]};
+                    const double cosine = cosines.at[lane];
+                    const osg::Vec3d normal = axes[lane] * cosine + across * std::sqrt(1.0 - cosine * cosine);
                     const osg::Vec3d sight = seen.view.orthographic ? seen.view.axis : point - seen.view.eye;
                     ASSERT_GT(sign * (normal * sight), 0.0) << k;
                 }

@@ -400,7 +400,8 @@ TEST_P(SurfaceCapture, everySelectionIsClosed)
                          MorphedSurface::drawnLevel(result.records.back().edgeLevels)
                      ? 1
                      : 0;
-        const std::vector<osg::Vec3f> captured = capture(*asset, result.records);
+        std::vector<PatchRecord> records = result.records.vector();
+        const std::vector<osg::Vec3f> captured = capture(*asset, records);
         EXPECT_EQ(captured.size(), 3 * result.statistics.triangles);
         expectClosed(captured);
     }
