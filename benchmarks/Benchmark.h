@@ -69,6 +69,16 @@ BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned ru
 /// Bytes on the GPU and in the file for each vertex of all patches at their finest levels.
 BenchmarkResult benchmarkMemory(const std::vector<Scene>& scenes);
 
+struct SceneBenchmarkOptions {
+    unsigned frames = 5;     ///< to take the median of
+    unsigned maxFactor = 64; ///< of the finest levels
+};
+
+/// Draws every scene 400 times, on a grid and turned at random, in 1920 × 1140 pixels at an error of one: with uniform levels by
+/// the isotropic error and by the one seen, with strips straight and freely chosen (Lambert fig. 4.11), and these by a
+/// TessLODInstances and by MatrixTransforms.
+BenchmarkResult benchmarkScenes(const std::vector<Scene>& scenes, const SceneBenchmarkOptions& options);
+
 /// 0 without values.
 double median(std::vector<double> values);
 double mean(const std::vector<double>& values);

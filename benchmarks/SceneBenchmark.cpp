@@ -9,6 +9,10 @@
 #include <osgTessLOD/render/DrawContext.h>
 #include <osgTessLOD/render/PatchSelection.h>
 #include <osgTessLOD/render/TessLODInstances.h>
+<<<<<<< HEAD
+=======
+#include <osgtesslodviewer/SceneDrawables.h>
+>>>>>>> instances
 #include <osgtesslodviewer/SelectionTotals.h>
 #include <osgtesslodviewer/headless/HeadlessContext.h>
 #include <support/TemporaryDirectory.h>
@@ -36,8 +40,13 @@ constexpr int kSide = 20;
 constexpr int kWidth = 1920;
 constexpr int kHeight = 1140;
 constexpr double kFovDegrees = 40.0;
+<<<<<<< HEAD
 constexpr unsigned kWarmUpFrames = 2;
 constexpr unsigned kLateFrames = 3; ///< until the last timer query has answered
+=======
+constexpr unsigned kWarmUpFrames = 1; ///< in which programs are compiled and buffers uploaded
+constexpr unsigned kLateFrames = 1;   ///< in which the last timer query is read
+>>>>>>> instances
 
 enum class Levels { Uniform, StraightStrips, Strips };
 enum class Shown { Instances, Transforms };
@@ -48,14 +57,24 @@ struct Contestant {
     SelectionOptions::Metric metric;
     Shown shown;
 };
+<<<<<<< HEAD
 constexpr Contestant kBaseline{"uniform, isotropic", Levels::Uniform, SelectionOptions::Metric::Isotropic, Shown::Instances};
+=======
+constexpr Contestant kBaseline{"uniform, isotropic", Levels::Uniform, SelectionOptions::Metric::Isotropic,
+                               Shown::Instances};
+>>>>>>> instances
 constexpr Contestant kFull{"full", Levels::Strips, SelectionOptions::Metric::View, Shown::Instances};
 constexpr Contestant kFullUnderTransforms{"full, transforms", Levels::Strips, SelectionOptions::Metric::View,
                                           Shown::Transforms};
 constexpr std::array<Contestant, 5> kContestants{
     kBaseline, Contestant{"uniform, view", Levels::Uniform, SelectionOptions::Metric::View, Shown::Instances},
+<<<<<<< HEAD
     Contestant{"straight strips, view", Levels::StraightStrips, SelectionOptions::Metric::View, Shown::Instances}, kFull,
     kFullUnderTransforms};
+=======
+    Contestant{"straight strips, view", Levels::StraightStrips, SelectionOptions::Metric::View, Shown::Instances},
+    kFull, kFullUnderTransforms};
+>>>>>>> instances
 
 void bakeLevels(const Scene& scene, Levels levels, unsigned maxFactor, const std::string& path)
 {
@@ -78,16 +97,38 @@ osg::Quat randomOrientation(std::mt19937& random)
     return orientation / orientation.length();
 }
 
+<<<<<<< HEAD
 /// On a square grid whose middle is the origin, a diagonal apart, each turned about the middle of its box.
 std::vector<osg::Matrixd> gridOf(const osg::BoundingBox& box)
 {
     const double spacing = 2.0 * static_cast<double>(box.radius());
+=======
+osg::BoundingBox boxOf(const LodAsset& asset)
+{
+    return {asset.boundsMin[0], asset.boundsMin[1], asset.boundsMin[2],
+            asset.boundsMax[0], asset.boundsMax[1], asset.boundsMax[2]};
+}
+
+double spacingOf(const LodAsset& asset)
+{
+    return 2.0 * static_cast<double>(boxOf(asset).radius());
+}
+
+/// On a square grid whose middle is the origin, a diagonal apart, each turned about the middle of its box.
+std::vector<osg::Matrixd> gridOf(const LodAsset& asset)
+{
+    const double spacing = spacingOf(asset);
+>>>>>>> instances
     std::mt19937 random(1);
     std::vector<osg::Matrixd> placements;
     for (int k = 0; k < kSide * kSide; ++k) {
         const double x = k % kSide - 0.5 * (kSide - 1);
         const double y = k / kSide - 0.5 * (kSide - 1);
+<<<<<<< HEAD
         placements.push_back(osg::Matrixd::translate(-osg::Vec3d(box.center())) *
+=======
+        placements.push_back(osg::Matrixd::translate(-osg::Vec3d(boxOf(asset).center())) *
+>>>>>>> instances
                              osg::Matrixd::rotate(randomOrientation(random)) *
                              osg::Matrixd::translate(x * spacing, y * spacing, 0.0));
     }
@@ -95,22 +136,35 @@ std::vector<osg::Matrixd> gridOf(const osg::BoundingBox& box)
 }
 
 /// The drawable, or one shared by transforms, at the placements.
+<<<<<<< HEAD
 osg::ref_ptr<osg::Node> sceneOf(const std::shared_ptr<const LodAsset>& asset, const Contestant& contestant,
                                 double& spacing)
+=======
+osg::ref_ptr<osg::Node> sceneOf(const std::shared_ptr<const LodAsset>& asset, const Contestant& contestant)
+>>>>>>> instances
 {
     SelectionOptions options;
     options.errorPixels = 1.0;
     options.metric = contestant.metric;
+<<<<<<< HEAD
     const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(asset);
     drawable->setOptions(options);
     spacing = 2.0 * static_cast<double>(drawable->getBoundingBox().radius());
     const std::vector<osg::Matrixd> placements = gridOf(drawable->getBoundingBox());
+=======
+    const std::vector<osg::Matrixd> placements = gridOf(*asset);
+>>>>>>> instances
     if (contestant.shown == Shown::Instances) {
         const osg::ref_ptr<TessLODInstances> instances = new TessLODInstances(asset);
         instances->setOptions(options);
         instances->setPlacements(placements);
         return instances;
     }
+<<<<<<< HEAD
+=======
+    const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(asset);
+    drawable->setOptions(options);
+>>>>>>> instances
     const osg::ref_ptr<osg::Group> group = new osg::Group;
     for (const osg::Matrixd& placement : placements) {
         const osg::ref_ptr<osg::MatrixTransform> transform = new osg::MatrixTransform(placement);
@@ -130,8 +184,11 @@ void setUpCamera(osg::Camera& camera, osg::GraphicsContext& context, double spac
     camera.setProjectionMatrixAsPerspective(kFovDegrees, static_cast<double>(kWidth) / kHeight, 1.0, 100.0);
     const double corner = -(0.5 * kSide + 1.0) * spacing;
     camera.setViewMatrixAsLookAt(osg::Vec3d(corner, corner, 5.0 * spacing), osg::Vec3d(), osg::Vec3d(0.0, 0.0, 1.0));
+<<<<<<< HEAD
     camera.getStats()->collectStats("rendering", true);
     camera.getStats()->collectStats("gpu", true);
+=======
+>>>>>>> instances
 }
 
 std::uint64_t placementsIn(const std::vector<FrameSelection>& selections)
@@ -158,12 +215,17 @@ Json medianOf(const osg::Stats& stats, const std::string& attribute, const std::
     return median(milliseconds);
 }
 
+<<<<<<< HEAD
 /// Draws frames and tells what they took.
+=======
+/// Draws frames and tells what was drawn in them, and what they took.
+>>>>>>> instances
 Json draw(const std::string& path, const Contestant& contestant, unsigned frames)
 {
     std::string error;
     const osg::ref_ptr<osg::GraphicsContext> context = createHeadlessContext(kWidth, kHeight, error);
     if (!context) { throw std::runtime_error("no OpenGL without a window: " + error); }
+<<<<<<< HEAD
     double spacing = 0.0;
     const osg::ref_ptr<osg::Node> scene =
         sceneOf(std::make_shared<const LodAsset>(readTlod(path)), contestant, spacing);
@@ -172,11 +234,25 @@ Json draw(const std::string& path, const Contestant& contestant, unsigned frames
     viewer.setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
     viewer.setSceneData(scene);
     setUpCamera(*viewer.getCamera(), *context, spacing);
+=======
+    const auto asset = std::make_shared<const LodAsset>(readTlod(path));
+    const osg::ref_ptr<osg::Node> scene = sceneOf(asset, contestant);
+    SelectionTotals totals(findDrawables(*scene));
+    osgViewer::Viewer viewer;
+    osg::Camera& camera = *viewer.getCamera();
+    viewer.setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
+    viewer.setSceneData(scene);
+    setUpCamera(camera, *context, spacingOf(*asset));
+    camera.setStats(new osg::Stats("camera", kWarmUpFrames + frames + kLateFrames + 1));
+    camera.getStats()->collectStats("rendering", true);
+    camera.getStats()->collectStats("gpu", true);
+>>>>>>> instances
     viewer.realize();
     if (!viewer.isRealized()) { throw std::runtime_error("the OpenGL context could not be made"); }
 
     std::vector<unsigned> measured;
     std::uint64_t drawCalls = 0;
+<<<<<<< HEAD
     for (unsigned frame = 0; frame < kWarmUpFrames + frames + kLateFrames; ++frame) {
         totals.beginFrame();
         const std::uint64_t before = drawCalls;
@@ -184,13 +260,132 @@ Json draw(const std::string& path, const Contestant& contestant, unsigned frames
         context->makeCurrent();
         glFinish(); // so that no frame waits for the one before
         drawCalls = DrawContext::of(*context->getState()).drawCalls() - before;
+=======
+    std::uint64_t drawCallsBefore = 0;
+    for (unsigned frame = 0; frame < kWarmUpFrames + frames + kLateFrames; ++frame) {
+        totals.beginFrame();
+        viewer.frame();
+        context->makeCurrent();
+        glFinish(); // so that no frame waits for the one before
+        const std::uint64_t all = DrawContext::of(*context->getState()).drawCalls();
+        drawCalls = all - drawCallsBefore;
+        drawCallsBefore = all;
+>>>>>>> instances
         if (frame >= kWarmUpFrames && frame < kWarmUpFrames + frames) {
             measured.push_back(viewer.getFrameStamp()->getFrameNumber());
         }
     }
+<<<<<<< HEAD
     return {};
+=======
+    const std::vector<FrameSelection> selections = totals.thisFrame(&camera);
+    const SelectionSums sums = SelectionTotals::sum(selections);
+    const osg::Stats& stats = *camera.getStats();
+    return {{"placements", placementsIn(selections)},
+            {"patches", sums.patches},
+            {"saturatedPatches", sums.saturatedPatches},
+            {"triangles", sums.triangles},
+            {"drawCalls", drawCalls},
+            {"cullMilliseconds", medianOf(stats, "Cull traversal time taken", measured)},
+            {"drawMilliseconds", medianOf(stats, "Draw traversal time taken", measured)},
+            {"gpuMilliseconds", medianOf(stats, "GPU draw time taken", measured)},
+            {"renderer", std::string(reinterpret_cast<const char*>(glGetString(GL_RENDERER)))}};
+}
+
+std::vector<std::string> tableRow(const Json& row)
+{
+    const auto count = [&](const char* key) { return grouped(row[key].get<std::uint64_t>()); };
+    const auto time = [&](const char* key) {
+        return row[key].is_null() ? std::string("–") : fmt::format("{:.2f}", row[key].get<double>());
+    };
+    return {row["scene"].get<std::string>(),
+            row["contestant"].get<std::string>(),
+            count("placements"),
+            count("patches"),
+            count("saturatedPatches"),
+            count("triangles"),
+            count("drawCalls"),
+            time("cullMilliseconds"),
+            time("drawMilliseconds"),
+            time("gpuMilliseconds")};
+}
+
+double cpuMilliseconds(const Json& row)
+{
+    return row["cullMilliseconds"].get<double>() + row["drawMilliseconds"].get<double>();
+}
+
+/// What `of(row)` is of one contestant to that of another, mean over the scenes that both were measured in; null without any.
+template <class Of>
+Json meanRatio(const Json& rows, const Contestant& contestant, const Contestant& other, const Of& of)
+{
+    std::vector<double> ratios;
+    for (const Json& row : rows) {
+        for (const Json& base : rows) {
+            const bool isPair = row["scene"] == base["scene"] && row["contestant"] == contestant.name &&
+                                base["contestant"] == other.name;
+            if (isPair && of(base) > 0.0) { ratios.push_back(of(row) / of(base)); }
+        }
+    }
+    if (ratios.empty()) { return nullptr; }
+    return mean(ratios);
+}
+
+Json summaryOf(const Json& rows)
+{
+    const auto number = [](const char* key) {
+        return [key](const Json& row) { return row[key].is_null() ? 0.0 : row[key].get<double>(); };
+    };
+    return {{"triangles_ratio", meanRatio(rows, kFull, kBaseline, number("triangles"))},
+            {"cpu_time_ratio", meanRatio(rows, kFull, kBaseline, cpuMilliseconds)},
+            {"gpu_time_ratio", meanRatio(rows, kFull, kBaseline, number("gpuMilliseconds"))},
+            {"instances_over_transforms",
+             {{"draw_calls_ratio", meanRatio(rows, kFull, kFullUnderTransforms, number("drawCalls"))},
+              {"cull_time_ratio", meanRatio(rows, kFull, kFullUnderTransforms, number("cullMilliseconds"))},
+              {"draw_time_ratio", meanRatio(rows, kFull, kFullUnderTransforms, number("drawMilliseconds"))},
+              {"gpu_time_ratio", meanRatio(rows, kFull, kFullUnderTransforms, number("gpuMilliseconds"))}}}};
+}
+
+void measure(const Scene& scene, const SceneBenchmarkOptions& options, BenchmarkResult& result)
+{
+    const TemporaryDirectory folder;
+    std::map<Levels, std::string> baked;
+    for (const Contestant& contestant : kContestants) {
+        fmt::print(stderr, "{}: {}\n", scene.name, contestant.name);
+        std::string& path = baked[contestant.levels];
+        if (path.empty()) {
+            path = folder.file(std::to_string(baked.size()) + ".tlod");
+            bakeLevels(scene, contestant.levels, options.maxFactor, path);
+        }
+        Json row{{"scene", scene.name}, {"contestant", contestant.name}};
+        row.update(runInChild([&] { return draw(path, contestant, options.frames); }));
+        result.glRenderer = row["renderer"].get<std::string>();
+        row.erase("renderer");
+        result.tables.front().rows.push_back(tableRow(row));
+        result.rows.push_back(std::move(row));
+    }
+>>>>>>> instances
 }
 
 } // namespace
 
+<<<<<<< HEAD
+=======
+BenchmarkResult benchmarkScenes(const std::vector<Scene>& scenes, const SceneBenchmarkOptions& options)
+{
+    BenchmarkResult result;
+    result.tables.emplace_back().headers = {"scene",     "contestant", "placements", "patches", "saturated",
+                                            "triangles", "draw calls", "cull ms",    "draw ms", "GPU ms"};
+    for (const Scene& scene : scenes) {
+        try {
+            measure(scene, options, result);
+        } catch (const std::exception& error) {
+            result.failures.push_back(scene.name + ": " + error.what());
+        }
+    }
+    result.summary = summaryOf(result.rows);
+    return result;
+}
+
+>>>>>>> instances
 } // namespace osgTessLOD::benchmarks

@@ -25,6 +25,7 @@ struct Arguments {
     BakeBenchmarkOptions bake;
     std::vector<std::string> methods;
     unsigned frames = 20;
+    unsigned sceneFrames = SceneBenchmarkOptions().frames;
     std::size_t directions = 1000000;
     unsigned maxFactor = 64;
     unsigned views = 160;
@@ -83,12 +84,13 @@ void printTables(const std::vector<ResultTable>& tables, bool markdown)
     }
 }
 
-enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory };
+enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory, Scene };
 
 BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const Arguments& arguments)
 {
     constexpr std::size_t kQuickDirections = 10000;
     constexpr unsigned kQuickFactor = 16;
+    constexpr unsigned kQuickSceneFactor = 8;
     constexpr unsigned kQuickViews = 32;
     const unsigned maxFactor = arguments.quick ? std::min(arguments.maxFactor, kQuickFactor) : arguments.maxFactor;
     switch (command) {
@@ -99,6 +101,10 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
     case Command::Simplify: return benchmarkSimplification(scenes, arguments.methods);
     case Command::Bound: return benchmarkBound(scenes, arguments.quick ? kQuickViews : arguments.views);
     case Command::Memory: return benchmarkMemory(scenes);
+    case Command::Scene:
+        return benchmarkScenes(scenes, arguments.quick
+                                           ? SceneBenchmarkOptions{1, std::min(maxFactor, kQuickSceneFactor)}
+                                           : SceneBenchmarkOptions{arguments.sceneFrames, maxFactor});
     case Command::View: return benchmarkViews(scenes);
     case Command::Select: return benchmarkSelection(scenes, arguments.quick ? 3 : arguments.runs, arguments.quick);
     default: return benchmarkMetric(scenes, arguments.quick ? kQuickDirections : arguments.directions);
@@ -109,7 +115,7 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
 bool takesScansByName(Command command)
 {
     return command == Command::Simplify || command == Command::Levels || command == Command::Ladder ||
-           command == Command::Bound || command == Command::Memory;
+           command == Command::Bound || command == Command::Memory || command == Command::Scene;
 }
 
 bool takesBakedScenes(Command command)
@@ -159,7 +165,11 @@ int main(int argc, char** argv)
     CLI::App* metric = app.add_subcommand("metric", "how far approximations of the view-dependent error are above it");
     CLI::App* levels = app.add_subcommand("levels", "distances of levels from the source, by strips and uniform ones");
     CLI::App* ladder = app.add_subcommand("ladder", "triangles drawn and bytes with more levels than powers of two");
-    for (CLI::App* command : {levels, ladder}) {
+    CLI::App* scene = app.add_subcommand("scene", "400 placements drawn, by levels, metrics and drawables");
+    scene->add_option("--frames", arguments.sceneFrames, "frames to take the median of, after one to warm up")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1000));
+    for (CLI::App* command : {levels, ladder, scene}) {
         command->add_option("--max-factor", arguments.maxFactor, "tessellation factor of the finest level")
             ->capture_default_str()
             ->check(CLI::IsMember({2U, 4U, 8U, 16U, 32U, 64U}));
@@ -174,7 +184,7 @@ int main(int argc, char** argv)
         ->capture_default_str()
         ->check(CLI::Range(1, 100000));
     CLI::App* memory = app.add_subcommand("memory", "bytes on the GPU and in the file per vertex");
-    for (CLI::App* command : {bound, view, select, memory}) { declareCommon(*command, arguments); }
+    for (CLI::App* command : {bound, view, select, memory, scene}) { declareCommon(*command, arguments); }
     declareCommon(*bake, arguments);
     declareCommon(*levels, arguments);
     declareCommon(*ladder, arguments);
@@ -214,6 +224,7 @@ int main(int argc, char** argv)
                    : view->parsed()     ? Command::View
                    : select->parsed()   ? Command::Select
                    : memory->parsed()   ? Command::Memory
+                   : scene->parsed()    ? Command::Scene
                                         : Command::Metric,
                    arguments);
     } catch (const std::exception& error) {

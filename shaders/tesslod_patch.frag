@@ -77,7 +77,8 @@ void tessLodOrient(inout TessLodFragment fragment)
 #if defined(TESSLOD_NORMALS)
     // A step along an edge by a part d of it changes two weights by d each: length √2 · d.
     float footprint = 0.70710678 * max(length(dFdx(tessLodWeights)), length(dFdy(tessLodWeights)));
-    vec3 normal = normalize(gl_NormalMatrix * tessLodPlacedNormal(tessLodPatchNormal(tessLodFragmentPatch, tessLodWeights, footprint)));
+    vec3 normal = tessLodPatchNormal(tessLodFragmentPatch, tessLodWeights, footprint);
+    normal = normalize(gl_NormalMatrix * tessLodPlacedNormal(normal));
     fragment.isBack = tessLodIsBack(normal);
     fragment.normal = fragment.isBack ? -normal : normal;
 #else

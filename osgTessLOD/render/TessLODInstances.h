@@ -14,9 +14,9 @@
 
 namespace osgTessLOD {
 
-/// A TessLODDrawable that is shown at many placements at once. In a cull visit each of them is culled and selected for by
-/// itself, as if the drawable were under a MatrixTransform there; all that is selected is one PatchSelection, drawn with about as many draw
-/// calls as it has levels.
+/// A TessLODDrawable that is shown at many placements at once. In a cull visit each of them is culled and selected for by itself,
+/// as if the drawable were under a MatrixTransform there; all that is selected is one PatchSelection, drawn with about as many
+/// draw calls as it has levels.
 ///
 /// What the asset looks like, options and state are the same for all. Coordinates reach the GPU in single precision: where
 /// placements are far from the origin, put the origin among them and the drawable under a transform.
@@ -27,13 +27,14 @@ public:
     TessLODInstances(const TessLODInstances& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
     META_Object(osgTessLOD, TessLODInstances)
 
-    /// Matrices from the asset's space to the drawable's; affine, or they show nothing. They are sent to the GPU anew: change them
-    /// between frames, as options, and together.
+    /// Matrices from the asset's space to the drawable's; affine, or they show nothing. They are sent to the GPU anew: change
+    /// them between frames, as options, and all at once.
     void setPlacements(std::vector<osg::Matrixd> placements);
     const std::vector<osg::Matrixd>& getPlacements() const { return _placements->matrices(); }
 
-    /// The placement that an intersection is at: `hitMatrix` is the `matrix` of what an intersector found. Nothing where that is not
-    /// of a TessLODInstances. The intersection's drawable is a TessLODDrawable of the asset, this drawable precedes it in the node path.
+    /// Index of the placement that an intersection is at: `hitMatrix` is the `matrix` of what an intersector found. Nothing where
+    /// that is not of a TessLODInstances. The intersection's drawable is a TessLODDrawable of the asset alone; in the node path it
+    /// comes after this one.
     static std::optional<std::uint32_t> placementOf(const osg::RefMatrix* hitMatrix);
 
     osg::ref_ptr<PatchSelection> select(const CullView& view) const override;

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -176,7 +177,10 @@ TEST_F(BenchCommand, ViewAndSelectTakeBakedScenes)
 TEST_F(BenchCommand, MemoryAddsUp)
 {
     const std::string baked = _folder.file("torus.tlod");
-    ASSERT_EQ(run("bake --technique uniform --runs 1 --limit 1 --scene '" + torus() + "' --keep '" + _folder.file("") + "'").status, 0);
+    ASSERT_EQ(
+        run("bake --technique uniform --runs 1 --limit 1 --scene '" + torus() + "' --keep '" + _folder.file("") + "'")
+            .status,
+        0);
     const Json report = this->report("memory --scene '" + baked + "'");
     ASSERT_EQ(report["rows"].size(), 1U);
     const Json& row = report["rows"][0];
@@ -187,6 +191,36 @@ TEST_F(BenchCommand, MemoryAddsUp)
     EXPECT_NEAR(row["file"].get<double>() * row["finestVertices"].get<double>(),
                 static_cast<double>(readBytes(baked).size()), 0.5);
     EXPECT_EQ(report["summary"]["gpu_bytes_per_finest_vertex"], row["gpuVertices"]);
+}
+
+TEST_F(BenchCommand, SceneComparesLevelsMetricsAndDrawables)
+{
+    const Json report = this->report("scene --frames 1 --max-factor 4 --scene asteroid");
+    ASSERT_EQ(report["rows"].size(), 5U);
+    std::map<std::string, Json> rows;
+    for (const Json& row : report["rows"]) {
+        rows[row["contestant"]] = row;
+        EXPECT_GT(row["placements"], 100U) << row;
+        EXPECT_LT(row["placements"], 400U) << "some are out of view: " << row;
+        EXPECT_GE(row["patches"], row["placements"]) << row;
+        EXPECT_GE(row["triangles"], row["patches"]) << row;
+        EXPECT_LE(row["saturatedPatches"], row["patches"]) << row;
+        EXPECT_GT(row["cullMilliseconds"], 0.0) << row;
+        EXPECT_GT(row["drawMilliseconds"], 0.0) << row;
+    }
+    EXPECT_LE(rows["uniform, view"]["triangles"], rows["uniform, isotropic"]["triangles"]);
+    const Json& instances = rows["full"];
+    const Json& transforms = rows["full, transforms"];
+    for (const char* key : {"placements", "patches", "saturatedPatches", "triangles"}) {
+        EXPECT_EQ(instances[key], transforms[key]) << key;
+    }
+    EXPECT_GE(transforms["drawCalls"], transforms["placements"]);
+    EXPECT_LT(instances["drawCalls"], 20U);
+    EXPECT_DOUBLE_EQ(report["summary"]["triangles_ratio"],
+                     instances["triangles"].get<double>() / rows["uniform, isotropic"]["triangles"].get<double>());
+    EXPECT_GT(report["summary"]["cpu_time_ratio"], 0.0);
+    EXPECT_TRUE(report["summary"].contains("gpu_time_ratio"));
+    EXPECT_EQ(run("scene --scene '" + _folder.file("x.tlod") + "'").status, 1);
 }
 
 TEST_F(BenchCommand, NamesWhatItCannotMeasure)
