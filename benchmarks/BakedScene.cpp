@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "BakedScene.h"
 
+#include "ChildProcess.h"
+
 #include <osgTessLOD/asset/TlodFile.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <filesystem>
 
@@ -20,6 +25,17 @@ BakedScene bakeToFile(const Scene& scene, const bake::BakeOptions& options, cons
         if (chunk.type.rfind("LVL", 0) == 0) { baked.levelBytes.at(chunk.level) += chunk.storedBytes; }
     }
     return baked;
+}
+
+std::string bakedFile(const Scene& scene, const bake::BakeOptions& options, const std::string& path)
+{
+    if (isBaked(scene)) { return scene.source; }
+    fmt::print(stderr, "{}: bake\n", scene.name);
+    runInChild([&] {
+        bakeToFile(scene, options, path);
+        return nlohmann::ordered_json();
+    });
+    return path;
 }
 
 LodAsset loadOrBake(const Scene& scene)

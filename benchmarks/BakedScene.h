@@ -24,6 +24,9 @@ struct BakedScene {
 /// Throws AssetError for bad input and for a path that cannot be written.
 BakedScene bakeToFile(const Scene& scene, const bake::BakeOptions& options, const std::string& path);
 
+/// Path of the scene's .tlod file: its own, or `path`, which it is baked to in a process of its own (runInChild).
+std::string bakedFile(const Scene& scene, const bake::BakeOptions& options, const std::string& path);
+
 /// The asset of a .tlod file, or of any other scene baked with the default options but without normals. Throws AssetError.
 LodAsset loadOrBake(const Scene& scene);
 

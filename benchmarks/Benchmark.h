@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -56,8 +57,9 @@ BenchmarkResult benchmarkLadders(const std::vector<Scene>& scenes, unsigned maxF
 BenchmarkResult benchmarkMetric(const std::vector<Scene>& scenes, std::size_t directions);
 
 /// The largest deviation on screen of what is drawn, in terms of the one asked for, over `views` random views of every scene
-/// and errors of 0.5, 1 and 4 pixels, with either bound; a scene of which Conservative is above 1 has failed.
-BenchmarkResult benchmarkBound(const std::vector<Scene>& scenes, unsigned views);
+/// and errors of 0.5, 1 and 4 pixels, with either bound; a scene of which Conservative is above 1 has failed. `points`: random ones
+/// of the drawn triangles that are compared in each view and error, besides vertices and crossings.
+BenchmarkResult benchmarkBound(const std::vector<Scene>& scenes, unsigned views, std::size_t points);
 
 /// Triangles drawn along an orbit of every scene by the error as seen and by the isotropic one (Lambert fig. 2.6).
 BenchmarkResult benchmarkViews(const std::vector<Scene>& scenes);
@@ -78,6 +80,11 @@ struct SceneBenchmarkOptions {
 /// the isotropic error and by the one seen, with strips straight and freely chosen (Lambert fig. 4.11), and these by a
 /// TessLODInstances and by MatrixTransforms.
 BenchmarkResult benchmarkScenes(const std::vector<Scene>& scenes, const SceneBenchmarkOptions& options);
+
+/// Triangles per second of each backend relative to those of the same triangles in one static vertex and index buffer: of as many
+/// copies of every scene at its finest levels as make each of these numbers of triangles. Medians over `frames` frames.
+BenchmarkResult benchmarkThroughput(const std::vector<Scene>& scenes, const std::vector<std::uint64_t>& leastTriangles,
+                                    unsigned frames);
 
 /// 0 without values.
 double median(std::vector<double> values);

@@ -130,22 +130,9 @@ std::vector<std::string> tableRow(const Json& row)
             time("frameMilliseconds")};
 }
 
-/// Path of the scene's .tlod file, which is made if it is none itself.
-std::string bakedFile(const Scene& scene, const TemporaryDirectory& folder)
-{
-    if (isBaked(scene)) { return scene.source; }
-    fmt::print(stderr, "{}: bake\n", scene.name);
-    const std::string path = folder.file("scene.tlod");
-    runInChild([&] {
-        bakeToFile(scene, bake::BakeOptions(), path);
-        return Json();
-    });
-    return path;
-}
-
 void benchmarkScene(const Scene& scene, unsigned frames, const TemporaryDirectory& folder, BenchmarkResult& result)
 {
-    const std::string path = bakedFile(scene, folder);
+    const std::string path = bakedFile(scene, bake::BakeOptions(), folder.file("scene.tlod"));
     for (const View& view : kViews) {
         for (const double errorPixels : kErrorsPixels) {
             fmt::print(stderr, "{}: {} view, {:g} pixels\n", scene.name, view.name, errorPixels);

@@ -9,10 +9,7 @@
 #include <osgTessLOD/render/DrawContext.h>
 #include <osgTessLOD/render/PatchSelection.h>
 #include <osgTessLOD/render/TessLODInstances.h>
-<<<<<<< HEAD
-=======
 #include <osgtesslodviewer/SceneDrawables.h>
->>>>>>> instances
 #include <osgtesslodviewer/SelectionTotals.h>
 #include <osgtesslodviewer/headless/HeadlessContext.h>
 #include <support/TemporaryDirectory.h>
@@ -40,13 +37,8 @@ constexpr int kSide = 20;
 constexpr int kWidth = 1920;
 constexpr int kHeight = 1140;
 constexpr double kFovDegrees = 40.0;
-<<<<<<< HEAD
-constexpr unsigned kWarmUpFrames = 2;
-constexpr unsigned kLateFrames = 3; ///< until the last timer query has answered
-=======
 constexpr unsigned kWarmUpFrames = 1; ///< in which programs are compiled and buffers uploaded
 constexpr unsigned kLateFrames = 1;   ///< in which the last timer query is read
->>>>>>> instances
 
 enum class Levels { Uniform, StraightStrips, Strips };
 enum class Shown { Instances, Transforms };
@@ -57,24 +49,15 @@ struct Contestant {
     SelectionOptions::Metric metric;
     Shown shown;
 };
-<<<<<<< HEAD
-constexpr Contestant kBaseline{"uniform, isotropic", Levels::Uniform, SelectionOptions::Metric::Isotropic, Shown::Instances};
-=======
 constexpr Contestant kBaseline{"uniform, isotropic", Levels::Uniform, SelectionOptions::Metric::Isotropic,
                                Shown::Instances};
->>>>>>> instances
 constexpr Contestant kFull{"full", Levels::Strips, SelectionOptions::Metric::View, Shown::Instances};
 constexpr Contestant kFullUnderTransforms{"full, transforms", Levels::Strips, SelectionOptions::Metric::View,
                                           Shown::Transforms};
 constexpr std::array<Contestant, 5> kContestants{
     kBaseline, Contestant{"uniform, view", Levels::Uniform, SelectionOptions::Metric::View, Shown::Instances},
-<<<<<<< HEAD
-    Contestant{"straight strips, view", Levels::StraightStrips, SelectionOptions::Metric::View, Shown::Instances}, kFull,
-    kFullUnderTransforms};
-=======
     Contestant{"straight strips, view", Levels::StraightStrips, SelectionOptions::Metric::View, Shown::Instances},
     kFull, kFullUnderTransforms};
->>>>>>> instances
 
 void bakeLevels(const Scene& scene, Levels levels, unsigned maxFactor, const std::string& path)
 {
@@ -97,12 +80,6 @@ osg::Quat randomOrientation(std::mt19937& random)
     return orientation / orientation.length();
 }
 
-<<<<<<< HEAD
-/// On a square grid whose middle is the origin, a diagonal apart, each turned about the middle of its box.
-std::vector<osg::Matrixd> gridOf(const osg::BoundingBox& box)
-{
-    const double spacing = 2.0 * static_cast<double>(box.radius());
-=======
 osg::BoundingBox boxOf(const LodAsset& asset)
 {
     return {asset.boundsMin[0], asset.boundsMin[1], asset.boundsMin[2],
@@ -118,53 +95,34 @@ double spacingOf(const LodAsset& asset)
 std::vector<osg::Matrixd> gridOf(const LodAsset& asset)
 {
     const double spacing = spacingOf(asset);
->>>>>>> instances
     std::mt19937 random(1);
     std::vector<osg::Matrixd> placements;
-    for (int k = 0; k < kSide * kSide; ++k) {
-        const double x = k % kSide - 0.5 * (kSide - 1);
-        const double y = k / kSide - 0.5 * (kSide - 1);
-<<<<<<< HEAD
-        placements.push_back(osg::Matrixd::translate(-osg::Vec3d(box.center())) *
-=======
-        placements.push_back(osg::Matrixd::translate(-osg::Vec3d(boxOf(asset).center())) *
->>>>>>> instances
-                             osg::Matrixd::rotate(randomOrientation(random)) *
-                             osg::Matrixd::translate(x * spacing, y * spacing, 0.0));
+    for (int row = 0; row < kSide; ++row) {
+        for (int column = 0; column < kSide; ++column) {
+            const osg::Vec3d place(column - 0.5 * (kSide - 1), row - 0.5 * (kSide - 1), 0.0);
+            placements.push_back(osg::Matrixd::translate(-osg::Vec3d(boxOf(asset).center())) *
+                                 osg::Matrixd::rotate(randomOrientation(random)) *
+                                 osg::Matrixd::translate(place * spacing));
+        }
     }
     return placements;
 }
 
 /// The drawable, or one shared by transforms, at the placements.
-<<<<<<< HEAD
-osg::ref_ptr<osg::Node> sceneOf(const std::shared_ptr<const LodAsset>& asset, const Contestant& contestant,
-                                double& spacing)
-=======
 osg::ref_ptr<osg::Node> sceneOf(const std::shared_ptr<const LodAsset>& asset, const Contestant& contestant)
->>>>>>> instances
 {
     SelectionOptions options;
     options.errorPixels = 1.0;
     options.metric = contestant.metric;
-<<<<<<< HEAD
-    const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(asset);
-    drawable->setOptions(options);
-    spacing = 2.0 * static_cast<double>(drawable->getBoundingBox().radius());
-    const std::vector<osg::Matrixd> placements = gridOf(drawable->getBoundingBox());
-=======
     const std::vector<osg::Matrixd> placements = gridOf(*asset);
->>>>>>> instances
     if (contestant.shown == Shown::Instances) {
         const osg::ref_ptr<TessLODInstances> instances = new TessLODInstances(asset);
         instances->setOptions(options);
         instances->setPlacements(placements);
         return instances;
     }
-<<<<<<< HEAD
-=======
     const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(asset);
     drawable->setOptions(options);
->>>>>>> instances
     const osg::ref_ptr<osg::Group> group = new osg::Group;
     for (const osg::Matrixd& placement : placements) {
         const osg::ref_ptr<osg::MatrixTransform> transform = new osg::MatrixTransform(placement);
@@ -184,11 +142,6 @@ void setUpCamera(osg::Camera& camera, osg::GraphicsContext& context, double spac
     camera.setProjectionMatrixAsPerspective(kFovDegrees, static_cast<double>(kWidth) / kHeight, 1.0, 100.0);
     const double corner = -(0.5 * kSide + 1.0) * spacing;
     camera.setViewMatrixAsLookAt(osg::Vec3d(corner, corner, 5.0 * spacing), osg::Vec3d(), osg::Vec3d(0.0, 0.0, 1.0));
-<<<<<<< HEAD
-    camera.getStats()->collectStats("rendering", true);
-    camera.getStats()->collectStats("gpu", true);
-=======
->>>>>>> instances
 }
 
 std::uint64_t placementsIn(const std::vector<FrameSelection>& selections)
@@ -215,26 +168,12 @@ Json medianOf(const osg::Stats& stats, const std::string& attribute, const std::
     return median(milliseconds);
 }
 
-<<<<<<< HEAD
-/// Draws frames and tells what they took.
-=======
 /// Draws frames and tells what was drawn in them, and what they took.
->>>>>>> instances
 Json draw(const std::string& path, const Contestant& contestant, unsigned frames)
 {
     std::string error;
     const osg::ref_ptr<osg::GraphicsContext> context = createHeadlessContext(kWidth, kHeight, error);
     if (!context) { throw std::runtime_error("no OpenGL without a window: " + error); }
-<<<<<<< HEAD
-    double spacing = 0.0;
-    const osg::ref_ptr<osg::Node> scene =
-        sceneOf(std::make_shared<const LodAsset>(readTlod(path)), contestant, spacing);
-    SelectionTotals totals(findDrawables(*scene));
-    osgViewer::Viewer viewer;
-    viewer.setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
-    viewer.setSceneData(scene);
-    setUpCamera(*viewer.getCamera(), *context, spacing);
-=======
     const auto asset = std::make_shared<const LodAsset>(readTlod(path));
     const osg::ref_ptr<osg::Node> scene = sceneOf(asset, contestant);
     SelectionTotals totals(findDrawables(*scene));
@@ -246,21 +185,11 @@ Json draw(const std::string& path, const Contestant& contestant, unsigned frames
     camera.setStats(new osg::Stats("camera", kWarmUpFrames + frames + kLateFrames + 1));
     camera.getStats()->collectStats("rendering", true);
     camera.getStats()->collectStats("gpu", true);
->>>>>>> instances
     viewer.realize();
     if (!viewer.isRealized()) { throw std::runtime_error("the OpenGL context could not be made"); }
 
     std::vector<unsigned> measured;
     std::uint64_t drawCalls = 0;
-<<<<<<< HEAD
-    for (unsigned frame = 0; frame < kWarmUpFrames + frames + kLateFrames; ++frame) {
-        totals.beginFrame();
-        const std::uint64_t before = drawCalls;
-        viewer.frame();
-        context->makeCurrent();
-        glFinish(); // so that no frame waits for the one before
-        drawCalls = DrawContext::of(*context->getState()).drawCalls() - before;
-=======
     std::uint64_t drawCallsBefore = 0;
     for (unsigned frame = 0; frame < kWarmUpFrames + frames + kLateFrames; ++frame) {
         totals.beginFrame();
@@ -270,14 +199,10 @@ Json draw(const std::string& path, const Contestant& contestant, unsigned frames
         const std::uint64_t all = DrawContext::of(*context->getState()).drawCalls();
         drawCalls = all - drawCallsBefore;
         drawCallsBefore = all;
->>>>>>> instances
         if (frame >= kWarmUpFrames && frame < kWarmUpFrames + frames) {
             measured.push_back(viewer.getFrameStamp()->getFrameNumber());
         }
     }
-<<<<<<< HEAD
-    return {};
-=======
     const std::vector<FrameSelection> selections = totals.thisFrame(&camera);
     const SelectionSums sums = SelectionTotals::sum(selections);
     const osg::Stats& stats = *camera.getStats();
@@ -364,13 +289,10 @@ void measure(const Scene& scene, const SceneBenchmarkOptions& options, Benchmark
         result.tables.front().rows.push_back(tableRow(row));
         result.rows.push_back(std::move(row));
     }
->>>>>>> instances
 }
 
 } // namespace
 
-<<<<<<< HEAD
-=======
 BenchmarkResult benchmarkScenes(const std::vector<Scene>& scenes, const SceneBenchmarkOptions& options)
 {
     BenchmarkResult result;
@@ -387,5 +309,4 @@ BenchmarkResult benchmarkScenes(const std::vector<Scene>& scenes, const SceneBen
     return result;
 }
 
->>>>>>> instances
 } // namespace osgTessLOD::benchmarks

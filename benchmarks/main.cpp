@@ -29,6 +29,7 @@ struct Arguments {
     std::size_t directions = 1000000;
     unsigned maxFactor = 64;
     unsigned views = 160;
+    std::size_t points = 100000;
     unsigned runs = 21;
     bool quick = false;
     bool markdown = false;
@@ -84,7 +85,7 @@ void printTables(const std::vector<ResultTable>& tables, bool markdown)
     }
 }
 
-enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory, Scene };
+enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory, Scene, Throughput };
 
 BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const Arguments& arguments)
 {
@@ -92,6 +93,7 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
     constexpr unsigned kQuickFactor = 16;
     constexpr unsigned kQuickSceneFactor = 8;
     constexpr unsigned kQuickViews = 32;
+    constexpr std::size_t kQuickPoints = 10000;
     const unsigned maxFactor = arguments.quick ? std::min(arguments.maxFactor, kQuickFactor) : arguments.maxFactor;
     switch (command) {
     case Command::Bake: return benchmarkBakes(scenes, bakeOptions(arguments));
@@ -99,12 +101,17 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
     case Command::Levels: return benchmarkLevels(scenes, maxFactor);
     case Command::Ladder: return benchmarkLadders(scenes, maxFactor);
     case Command::Simplify: return benchmarkSimplification(scenes, arguments.methods);
-    case Command::Bound: return benchmarkBound(scenes, arguments.quick ? kQuickViews : arguments.views);
+    case Command::Bound:
+        return benchmarkBound(scenes, arguments.quick ? kQuickViews : arguments.views,
+                              arguments.quick ? kQuickPoints : arguments.points);
     case Command::Memory: return benchmarkMemory(scenes);
     case Command::Scene:
         return benchmarkScenes(scenes, arguments.quick
                                            ? SceneBenchmarkOptions{1, std::min(maxFactor, kQuickSceneFactor)}
                                            : SceneBenchmarkOptions{arguments.sceneFrames, maxFactor});
+    case Command::Throughput:
+        return arguments.quick ? benchmarkThroughput(scenes, {100'000}, 3)
+                               : benchmarkThroughput(scenes, {1'000'000, 4'000'000}, arguments.frames);
     case Command::View: return benchmarkViews(scenes);
     case Command::Select: return benchmarkSelection(scenes, arguments.quick ? 3 : arguments.runs, arguments.quick);
     default: return benchmarkMetric(scenes, arguments.quick ? kQuickDirections : arguments.directions);
@@ -115,13 +122,14 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
 bool takesScansByName(Command command)
 {
     return command == Command::Simplify || command == Command::Levels || command == Command::Ladder ||
-           command == Command::Bound || command == Command::Memory || command == Command::Scene;
+           command == Command::Bound || command == Command::Memory || command == Command::Scene ||
+           command == Command::Throughput;
 }
 
 bool takesBakedScenes(Command command)
 {
     return command == Command::Frame || command == Command::View || command == Command::Select ||
-           command == Command::Memory;
+           command == Command::Memory || command == Command::Throughput;
 }
 
 /// The exit status: 1 if a scene could not be measured.
@@ -129,7 +137,8 @@ int run(Command command, const Arguments& arguments)
 {
     std::vector<Scene> scenes = scenesOf(arguments);
     if (takesScansByName(command) && arguments.scenes.empty()) {
-        scenes.erase(std::remove_if(scenes.begin(), scenes.end(), [](const Scene& s) { return !isBuiltin(s); }), scenes.end());
+        scenes.erase(std::remove_if(scenes.begin(), scenes.end(), [](const Scene& s) { return !isBuiltin(s); }),
+                     scenes.end());
     }
     for (const Scene& scene : scenes) {
         if (!takesBakedScenes(command) && isBaked(scene)) {
@@ -178,13 +187,17 @@ int main(int argc, char** argv)
     bound->add_option("--views", arguments.views, "random views of each scene")
         ->capture_default_str()
         ->check(CLI::Range(1, 100000));
+    bound->add_option("--points", arguments.points, "random points of the surface in each view")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 100000000));
     CLI::App* view = app.add_subcommand("view", "triangles by the error as seen, relative to the isotropic one");
     CLI::App* select = app.add_subcommand("select", "what selecting levels and patches takes");
     select->add_option("--runs", arguments.runs, "measurements to take the median of")
         ->capture_default_str()
         ->check(CLI::Range(1, 100000));
     CLI::App* memory = app.add_subcommand("memory", "bytes on the GPU and in the file per vertex");
-    for (CLI::App* command : {bound, view, select, memory, scene}) { declareCommon(*command, arguments); }
+    CLI::App* throughput = app.add_subcommand("throughput", "triangles per second, relative to a static mesh of them");
+    for (CLI::App* command : {bound, view, select, memory, scene, throughput}) { declareCommon(*command, arguments); }
     declareCommon(*bake, arguments);
     declareCommon(*levels, arguments);
     declareCommon(*ladder, arguments);
@@ -206,26 +219,29 @@ int main(int argc, char** argv)
         ->check(CLI::Range(1, 100000));
     bake->add_option("--keep", arguments.bake.keepFolder, "keep the .tlod files in this folder, for frame --scene")
         ->check(CLI::ExistingDirectory);
-    frame->add_option("--frames", arguments.frames, "frames to take the median of, after two to warm up")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 100000));
+    for (CLI::App* command : {frame, throughput}) {
+        command->add_option("--frames", arguments.frames, "frames to take the median of, after two to warm up")
+            ->capture_default_str()
+            ->check(CLI::Range(1, 100000));
+    }
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : 1;
     }
     try {
-        return run(bake->parsed()       ? Command::Bake
-                   : frame->parsed()    ? Command::Frame
-                   : simplify->parsed() ? Command::Simplify
-                   : levels->parsed()   ? Command::Levels
-                   : ladder->parsed()   ? Command::Ladder
-                   : bound->parsed()    ? Command::Bound
-                   : view->parsed()     ? Command::View
-                   : select->parsed()   ? Command::Select
-                   : memory->parsed()   ? Command::Memory
-                   : scene->parsed()    ? Command::Scene
-                                        : Command::Metric,
+        return run(bake->parsed()         ? Command::Bake
+                   : frame->parsed()      ? Command::Frame
+                   : simplify->parsed()   ? Command::Simplify
+                   : levels->parsed()     ? Command::Levels
+                   : ladder->parsed()     ? Command::Ladder
+                   : bound->parsed()      ? Command::Bound
+                   : view->parsed()       ? Command::View
+                   : select->parsed()     ? Command::Select
+                   : memory->parsed()     ? Command::Memory
+                   : scene->parsed()      ? Command::Scene
+                   : throughput->parsed() ? Command::Throughput
+                                          : Command::Metric,
                    arguments);
     } catch (const std::exception& error) {
         fmt::print(stderr, "osgtesslodbench: {}\n", error.what());

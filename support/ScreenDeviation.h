@@ -9,6 +9,7 @@
 #include <osgTessLOD/bake/Triangulation.h>
 #include <osgTessLOD/render/MorphedSurface.h>
 #include <osgTessLOD/render/PatchSelector.h>
+#include <support/ChartLocator.h>
 #include <support/ScreenCamera.h>
 
 #include <osg/Vec3d>
@@ -19,6 +20,8 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 namespace osgTessLOD {
@@ -32,8 +35,9 @@ inline bool hasSaturatedBorder(const LodAsset& asset, const PatchSelector& selec
                        [&](std::uint32_t edge) { return selector.edgeLevel(edge, view, options).saturated; });
 }
 
-/// Reproducible cameras about an asset: inside of it, close over its surface, from 10⁻³ to 10³ of its size away, and
-/// orthographic ones; fields of view of 5° to 140°, turned in any way, in viewports of several shapes.
+/// Reproducible cameras about an asset: inside of it, close over its surface, where the near plane cuts it and farther, grazing
+/// it, from 10⁻³ to 10³ of its size away, and orthographic ones; fields of view of 5° to 140°, turned in any way, in viewports of
+/// several shapes.
 class RandomCameras {
 public:
     RandomCameras(const LodAsset& asset, unsigned seed)
@@ -53,16 +57,17 @@ public:
         const std::array<std::array<double, 2>, 3> viewports{{{1280.0, 800.0}, {400.0, 900.0}, {64.0, 64.0}}};
         camera.width = viewports[_count % viewports.size()][0];
         camera.height = viewports[_count % viewports.size()][1];
-        const osg::Vec3d target = surfacePoint();
+        const double near = 1e-3 * _size;
+        osg::Vec3d target = surfacePoint();
         osg::Vec3d eye;
-        switch (_count % 4) {
+        switch (_count % 5) {
         case 0: eye = _center + (surfacePoint() - _center) * uniform(0.0, 1.0); break;
-        case 1: eye = surfacePoint() + direction() * _size * std::pow(10.0, uniform(-3.0, -0.5)); break;
+        case 1: eye = surfacePoint() + direction() * near * std::pow(10.0, uniform(-1.0, 2.5)); break;
+        case 2: std::tie(eye, target) = grazing(near * std::pow(10.0, uniform(-1.0, 1.5))); break;
         default: eye = target + direction() * _size * std::pow(10.0, uniform(-3.0, 3.0));
         }
         camera.localToEye = osg::Matrixd::lookAt(eye, target, direction());
         const double aspect = camera.width / camera.height;
-        const double near = 1e-3 * _size;
         if (_count % 16 == 15) {
             const double half = _size * std::pow(10.0, uniform(-2.0, 2.0));
             camera.projection.makeOrtho(-half * aspect, half * aspect, -half, half, near, 1e6 * near);
@@ -84,12 +89,25 @@ private:
         return d;
     }
 
-    osg::Vec3d surfacePoint()
+    std::size_t surfaceVertex()
     {
-        const LodLevel& level = _asset.levels.front();
-        const std::size_t vertex = std::uniform_int_distribution<std::size_t>(0, level.vertices.size() - 1)(_random);
-        const auto p = _asset.position(_asset.patches[vertex / 3], level.vertices[vertex]);
+        return std::uniform_int_distribution<std::size_t>(0, _asset.levels.front().vertices.size() - 1)(_random);
+    }
+    /// Of the coarsest level, a triangle per patch.
+    osg::Vec3d place(std::size_t vertex) const
+    {
+        const auto p = _asset.position(_asset.patches[vertex / 3], _asset.levels.front().vertices[vertex]);
         return {p[0], p[1], p[2]};
+    }
+    osg::Vec3d surfacePoint() { return place(surfaceVertex()); }
+    /// Over a corner of a triangle of the coarsest level, and over the next one: eye and target.
+    std::pair<osg::Vec3d, osg::Vec3d> grazing(double height)
+    {
+        const std::size_t corner = surfaceVertex();
+        const std::size_t first = corner - corner % 3;
+        osg::Vec3d normal = (place(first + 1) - place(first)) ^ (place(first + 2) - place(first));
+        normal.normalize();
+        return {place(corner) + normal * height, place(first + (corner + 1) % 3) + normal * height};
     }
 
     const LodAsset& _asset;
@@ -107,6 +125,7 @@ public:
         , _surface(asset)
         , _chartTriangles(bake::Triangulation::ofPattern(surface.charts.factor))
         , _chartPoints(bake::patternPoints(surface.charts.factor))
+        , _chartLocator(_chartTriangles, _chartPoints)
     {
         const bake::WorkingFrame& frame = surface.map->frame();
         const Eigen::Vector3d origin(asset.lattice.origin[0], asset.lattice.origin[1], asset.lattice.origin[2]);
@@ -125,28 +144,79 @@ public:
     /// 0 if nothing is in view.
     double pixels(const PatchRecord& record, const ScreenCamera& camera) const
     {
-        const unsigned level = MorphedSurface::drawnLevel(record.edgeLevels);
-        const std::uint32_t count = TessellationPattern::vertexCount(_asset.ladder[level]);
-        std::vector<Eigen::Vector3d> drawn;
-        std::vector<ChartPoint> points;
-        for (std::uint32_t v = 0; v < count; ++v) {
-            const auto point = _surface.tessLodSurfacePoint(record.patch, record.edgeLevels, v);
-            drawn.emplace_back(point.position[0], point.position[1], point.position[2]);
-            points.push_back(rounded(point.weights));
-        }
-        const bake::DifferenceVectors differences({_patterns[level], points}, {_chartTriangles, _chartPoints});
+        const Drawn drawn = draw(record);
+        const bake::DifferenceVectors differences({_patterns[drawn.level], drawn.points}, {_chartTriangles, _chartPoints});
         const osg::Matrixd localToClip = camera.localToClip();
         double largest = 0.0;
         for (const bake::DifferenceVectors::Row& row : differences.rows()) {
-            const osg::Vec4d at = blend(drawn, row.levelVertices, row.levelWeights) * localToClip;
-            if (!(at.w() > 0.0 && std::fabs(at.x()) <= at.w() && std::fabs(at.y()) <= at.w())) { continue; }
+            const osg::Vec4d at = blend(drawn.positions, row.levelVertices, row.levelWeights) * localToClip;
+            if (!isInView(at)) { continue; }
             const osg::Vec4d wanted = blend(_charts[record.patch], row.chartVertices, row.chartWeights) * localToClip;
             largest = std::max(largest, distance(at, wanted, camera));
         }
         return largest;
     }
 
+    struct Sampled {
+        double pixels = 0.0;      ///< the largest distance
+        std::uint64_t points = 0; ///< in view
+    };
+    /// The same at `count` random points of the patch's triangles.
+    template <typename Random>
+    Sampled sample(const PatchRecord& record, const ScreenCamera& camera, std::size_t count, Random& random) const
+    {
+        const Drawn drawn = draw(record);
+        const auto& triangles = _patterns[drawn.level].triangles();
+        const osg::Matrixd localToClip = camera.localToClip();
+        std::uniform_int_distribution<std::size_t> which(0, triangles.size() - 1);
+        std::uniform_real_distribution<double> uniform(0.0, 1.0);
+        Sampled sampled;
+        for (std::size_t k = 0; k < count; ++k) {
+            const auto& corners = triangles[which(random)];
+            const double root = std::sqrt(uniform(random)); // evenly over the triangle
+            const double part = uniform(random);
+            const std::array<double, 3> weights{1.0 - root, root * (1.0 - part), root * part};
+            const osg::Vec4d at = blend(drawn.positions, corners, weights) * localToClip;
+            if (!isInView(at)) { continue; }
+            double u = 0.0;
+            double v = 0.0;
+            for (std::size_t c = 0; c < 3; ++c) {
+                u += weights[c] * drawn.points[corners[c]].u;
+                v += weights[c] * drawn.points[corners[c]].v;
+            }
+            const ChartLocator::Place place = _chartLocator.at(u, v);
+            const osg::Vec4d wanted = blend(_charts[record.patch], place.vertices, place.weights) * localToClip;
+            sampled.pixels = std::max(sampled.pixels, distance(at, wanted, camera));
+            ++sampled.points;
+        }
+        return sampled;
+    }
+
 private:
+    /// A patch as drawn.
+    struct Drawn {
+        unsigned level;
+        std::vector<Eigen::Vector3d> positions; ///< asset frame
+        std::vector<ChartPoint> points;
+    };
+
+    Drawn draw(const PatchRecord& record) const
+    {
+        Drawn drawn{MorphedSurface::drawnLevel(record.edgeLevels), {}, {}};
+        const std::uint32_t count = TessellationPattern::vertexCount(_asset.ladder[drawn.level]);
+        for (std::uint32_t v = 0; v < count; ++v) {
+            const auto point = _surface.tessLodSurfacePoint(record.patch, record.edgeLevels, v);
+            drawn.positions.emplace_back(point.position[0], point.position[1], point.position[2]);
+            drawn.points.push_back(rounded(point.weights));
+        }
+        return drawn;
+    }
+
+    static bool isInView(const osg::Vec4d& clip)
+    {
+        return clip.w() > 0.0 && std::fabs(clip.x()) <= clip.w() && std::fabs(clip.y()) <= clip.w();
+    }
+
     static ChartPoint rounded(const MorphedSurface::Vec3& weights)
     {
         const auto units = [&](std::size_t k) {
@@ -177,6 +247,7 @@ private:
     MorphedSurface _surface;
     bake::Triangulation _chartTriangles;
     std::vector<ChartPoint> _chartPoints;
+    ChartLocator _chartLocator;
     std::vector<std::vector<Eigen::Vector3d>> _charts; ///< asset frame
     std::vector<bake::Triangulation> _patterns;        ///< per level
 };

@@ -115,7 +115,7 @@ std::string assemble(const std::vector<Chunk>& chunks)
 {
     std::string file(kTableAt + kEntryBytes * chunks.size(), '\0');
     file.replace(0, 8, "\x89TLOD\r\n\n");
-    put(file, 8, std::uint32_t{1});
+    put(file, 8, std::uint32_t{2});
     put(file, 12, static_cast<std::uint32_t>(chunks.size()));
     for (std::size_t c = 0; c < chunks.size(); ++c) {
         const std::size_t at = kTableAt + kEntryBytes * c;
@@ -678,7 +678,7 @@ TEST(TlodFile, rejectsHostileHeaders)
     std::string asText = smallFile();
     asText.erase(5, 1);
     expectFault(asText, "transferred as text");
-    expectFault(with(8, std::uint32_t{2}), "version 2 is not supported");
+    expectFault(with(8, std::uint32_t{1}), "version 1 is not supported");
     expectFault(with(12, std::uint32_t{0xFFFFFFFF}), "table of contents is too large");
     expectFault(with(12, std::uint32_t{1024}), "table of contents is too large");
     expectFault(with(12, std::uint32_t{5}), "table of contents is damaged");

@@ -137,18 +137,21 @@ TEST_F(BenchCommand, LadderComparesTrianglesAtEqualErrors)
 
 TEST_F(BenchCommand, BoundIsKeptByConservativeAndNotByFirstOrder)
 {
-    const Json report = this->report("bound --views 24 --scene asteroid");
+    const Json report = this->report("bound --views 24 --points 2000 --scene asteroid");
     ASSERT_EQ(report["rows"].size(), 3U);
     double largest = 0.0;
     for (const Json& row : report["rows"]) {
         for (const char* bound : {"conservative", "firstOrder"}) {
             EXPECT_GT(row[bound]["patches"], 10U) << row;
             EXPECT_LT(row[bound]["tightness"], row[bound]["maxRatio"]) << row;
+            EXPECT_GT(row[bound]["points"], 1000U) << row;
+            EXPECT_GT(row[bound]["maxRatioOfPoints"], 0.0) << row;
         }
         largest = std::max(largest, row["conservative"]["maxRatio"].get<double>());
     }
     EXPECT_DOUBLE_EQ(report["summary"]["conservative_max_ratio"], largest);
     EXPECT_LE(largest, 1.0 + 1e-5);
+    EXPECT_LE(report["summary"]["conservative_max_ratio_of_points"], 1.0 + 1e-5);
     EXPECT_GT(report["summary"]["first_order_max_ratio"], 1.0);
 }
 
@@ -221,6 +224,23 @@ TEST_F(BenchCommand, SceneComparesLevelsMetricsAndDrawables)
     EXPECT_GT(report["summary"]["cpu_time_ratio"], 0.0);
     EXPECT_TRUE(report["summary"].contains("gpu_time_ratio"));
     EXPECT_EQ(run("scene --scene '" + _folder.file("x.tlod") + "'").status, 1);
+}
+
+TEST_F(BenchCommand, ThroughputComparesTheSameTriangles)
+{
+    ASSERT_EQ(
+        run("bake --technique uniform --runs 1 --limit 1 --scene '" + torus() + "' --keep '" + _folder.file("") + "'").status,
+        0);
+    const Json report = this->report("throughput --quick --scene '" + _folder.file("torus.tlod") + "'");
+    ASSERT_EQ(report["rows"].size(), 1U);
+    const Json& row = report["rows"][0];
+    EXPECT_GE(row["triangles"], 100'000U);
+    EXPECT_EQ(row["staticTriangles"], row["triangles"]);
+    for (const char* backend : {"tessellation", "instanced"}) {
+        EXPECT_NEAR(row[backend]["rateOverStatic"].get<double>(),
+                    row[backend]["trianglesPerSecond"].get<double>() / row["staticTrianglesPerSecond"].get<double>(), 1e-9);
+        EXPECT_EQ(report["summary"]["rate_over_static"][backend], row[backend]["rateOverStatic"]);
+    }
 }
 
 TEST_F(BenchCommand, NamesWhatItCannotMeasure)

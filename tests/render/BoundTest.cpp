@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <random>
 #include <string>
 
 namespace osgTessLOD {
@@ -40,6 +41,7 @@ struct Worst {
     double ratio = 0.0;
     std::size_t patches = 0;
     std::size_t refined = 0; ///< of them above the coarsest level
+    std::mt19937_64 random{11};
 
     /// Over what is in view and not saturated.
     void add(const BakedSurface& baked, const ScreenCamera& camera, const SelectionOptions& options)
@@ -48,6 +50,7 @@ struct Worst {
         for (const PatchRecord& record : baked.selector->select(view, options, camera.sides()).records) {
             if (hasSaturatedBorder(baked.asset, *baked.selector, record.patch, view, options)) { continue; }
             ratio = std::max(ratio, baked.deviation->pixels(record, camera) / options.errorPixels);
+            ratio = std::max(ratio, baked.deviation->sample(record, camera, 50, random).pixels / options.errorPixels);
             ++patches;
             refined += MorphedSurface::drawnLevel(record.edgeLevels) > 0 ? 1 : 0;
         }

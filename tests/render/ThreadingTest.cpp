@@ -10,9 +10,13 @@
 
 #include <osg/MatrixTransform>
 #include <osgUtil/UpdateVisitor>
+#include <osgViewer/CompositeViewer>
 
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
+#include <deque>
 
 namespace osgTessLOD {
 namespace {
@@ -135,6 +139,132 @@ TEST_P(Threading, placementsMayChangeWhileTheLastOnesAreDrawn)
         for (const std::uint32_t number : selection.placements().numbers) { ASSERT_LT(number, placed[e]); }
         ASSERT_EQ(selection.records().size(), entries[e].records.size());
     }
+}
+
+/// Counts the frames that its camera has drawn.
+class FrameCounter : public osg::Camera::DrawCallback {
+public:
+    void operator()(osg::RenderInfo&) const override { ++count; }
+    mutable std::atomic<int> count{0};
+};
+
+/// Four views with contexts of their own onto one scene, in which a drawable has eight parents and a texture camera.
+class FourViews {
+public:
+    static constexpr int kParents = 8;
+
+    explicit FourViews(osgViewer::ViewerBase::ThreadingModel model)
+    {
+        drawable->setSelectionObserver(observer.get());
+        const osg::ref_ptr<osg::Group> copies = new osg::Group;
+        for (int k = 0; k < kParents; ++k) {
+            const osg::ref_ptr<osg::MatrixTransform> parent =
+                new osg::MatrixTransform(osg::Matrix::translate(2.5 * (k % 4) - 3.75, 2.5 * (k / 4) - 1.25, 0.0));
+            parent->addChild(drawable.get());
+            copies->addChild(parent.get());
+        }
+        const osg::ref_ptr<osg::Camera> texture = makeTextureCamera(copies.get(), 32);
+        texture->setReferenceFrame(osg::Transform::ABSOLUTE_RF);
+        texture->setProjectionMatrix(_textureProjection);
+        texture->setViewMatrix(_textureLook);
+        const osg::ref_ptr<osg::Group> root = new osg::Group;
+        root->addChild(copies.get());
+        root->addChild(texture.get());
+        viewer.setThreadingModel(model);
+        for (std::size_t k = 0; k < drawn.size(); ++k) {
+            _views[k] = new osgViewer::View;
+            osg::Camera& camera = *_views[k]->getCamera();
+            setUpHeadless(camera, 48, 32);
+            camera.setName(std::to_string(k));
+            drawn[k] = new FrameCounter;
+            camera.setFinalDrawCallback(drawn[k].get());
+            _views[k]->setSceneData(root.get());
+            viewer.addView(_views[k].get());
+        }
+        viewer.realize();
+    }
+
+    /// Draws the frame with this number, for which every view and the error are others than for the one before.
+    void frame(int number)
+    {
+        for (std::size_t k = 0; k < _views.size(); ++k) {
+            const double t = 0.05 * number + 1.5 * static_cast<double>(k);
+            const double distance = 12.0 + 6.0 * std::sin(0.7 * t);
+            _looks[std::to_string(k)] =
+                osg::Matrixd::lookAt(osg::Vec3d(distance * std::cos(t), 3.0, distance * std::sin(t)), osg::Vec3d(),
+                                     osg::Vec3d(0.0, 1.0, 0.0));
+            _views[k]->getCamera()->setViewMatrix(_looks[std::to_string(k)]);
+        }
+        SelectionOptions options;
+        options.errorPixels = std::exp(2.0 * std::sin(0.3 * number));
+        drawable->setOptions(options);
+        viewer.frame();
+    }
+
+    /// Is it what the drawable's selector selects for its camera in the frame drawn last?
+    void expectConsistent(const RecordingObserver::Entry& entry) const
+    {
+        const bool isTexture = entry.camera == "texture";
+        const osg::Matrixd look = isTexture ? _textureLook : _looks.at(entry.camera);
+        const osg::Matrixd projection =
+            isTexture ? _textureProjection : osg::Matrixd::perspective(30.0, 1.5, 0.1, 100.0); // its sides are kept
+        const SelectionView expected =
+            makeSelectionView(entry.localToWorld * look, projection, isTexture ? 32.0 : 48.0, 32.0);
+        const SelectionView& view = entry.selection->view();
+        ASSERT_LT((view.eye - expected.eye).length(), 1e-5) << entry.camera;
+        ASSERT_LT((view.axis - expected.axis).length(), 1e-6) << entry.camera;
+        ASSERT_NEAR(view.pixelScale, expected.pixelScale, 1e-5 * expected.pixelScale) << entry.camera;
+        const PatchSelector& selector = drawable->getGpuAsset()->selector();
+        std::map<std::uint32_t, std::array<float, 3>> levels;
+        for (const PatchRecord& record : selector.select(view, drawable->getOptions(), {}).records) {
+            levels[record.patch] = record.edgeLevels;
+        }
+        for (const PatchRecord& record : entry.records) { ASSERT_EQ(record.edgeLevels, levels.at(record.patch)); }
+    }
+
+    osg::ref_ptr<TessLODDrawable> drawable =
+        new TessLODDrawable(std::make_shared<const LodAsset>(makeSyntheticAsset(8, true)));
+    osg::ref_ptr<RecordingObserver> observer = new RecordingObserver;
+    std::array<osg::ref_ptr<FrameCounter>, 4> drawn; ///< by each view
+    osgViewer::CompositeViewer viewer;
+
+private:
+    const osg::Matrixd _textureProjection = osg::Matrixd::perspective(60.0, 1.0, 0.1, 100.0);
+    const osg::Matrixd _textureLook =
+        osg::Matrixd::lookAt(osg::Vec3d(0.0, 0.0, 12.0), osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
+    std::array<osg::ref_ptr<osgViewer::View>, 4> _views;
+    std::map<std::string, osg::Matrixd> _looks; ///< of the cameras by name
+};
+
+TEST_P(Threading, fourViewsDrawAThousandFrames)
+{
+    constexpr int kThousand = 1000;
+    constexpr int kAhead = 3; // frames that may be on their way
+    const WarningCollector warnings;
+    FourViews views(GetParam());
+    std::deque<std::vector<RecordingObserver::Entry>> lastFrames;
+    std::size_t selections = 0;
+    for (int frame = 0; frame < kThousand + kAhead; ++frame) {
+        views.frame(frame);
+        std::vector<RecordingObserver::Entry> entries = views.observer->take();
+        // Texture cameras are culled with each view, and see all copies; each view sees some.
+        EXPECT_GE(entries.size(), 4U * FourViews::kParents);
+        selections += entries.size();
+        for (const RecordingObserver::Entry& entry : entries) { views.expectConsistent(entry); }
+        lastFrames.push_back(std::move(entries));
+        if (lastFrames.size() > kAhead) { // long since drawn
+            for (const RecordingObserver::Entry& entry : lastFrames.front()) {
+                const PatchRecords& now = entry.selection->records();
+                ASSERT_EQ(now.size(), entry.records.size());
+                ASSERT_EQ(std::memcmp(now.data(), entry.records.data(), now.size() * sizeof(PatchRecord)), 0);
+            }
+            lastFrames.pop_front();
+        }
+        ASSERT_FALSE(HasFailure()) << "frame " << frame;
+    }
+    views.viewer.stopThreading();
+    for (const auto& counter : views.drawn) { EXPECT_GE(counter->count.load(), kThousand); }
+    EXPECT_EQ(warnings.text(), "");
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryModel, Threading,
