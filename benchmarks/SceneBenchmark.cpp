@@ -97,12 +97,13 @@ std::vector<osg::Matrixd> gridOf(const LodAsset& asset)
     const double spacing = spacingOf(asset);
     std::mt19937 random(1);
     std::vector<osg::Matrixd> placements;
-    for (int k = 0; k < kSide * kSide; ++k) {
-        const double x = k % kSide - 0.5 * (kSide - 1);
-        const double y = k / kSide - 0.5 * (kSide - 1);
-        placements.push_back(osg::Matrixd::translate(-osg::Vec3d(boxOf(asset).center())) *
-                             osg::Matrixd::rotate(randomOrientation(random)) *
-                             osg::Matrixd::translate(x * spacing, y * spacing, 0.0));
+    for (int row = 0; row < kSide; ++row) {
+        for (int column = 0; column < kSide; ++column) {
+            const osg::Vec3d place(column - 0.5 * (kSide - 1), row - 0.5 * (kSide - 1), 0.0);
+            placements.push_back(osg::Matrixd::translate(-osg::Vec3d(boxOf(asset).center())) *
+                                 osg::Matrixd::rotate(randomOrientation(random)) *
+                                 osg::Matrixd::translate(place * spacing));
+        }
     }
     return placements;
 }
