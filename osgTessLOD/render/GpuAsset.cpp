@@ -73,7 +73,10 @@ void GpuAsset::compileGLObjects(osg::State& state, const osg::StateSet* more) co
     if (pages == nullptr || pages->pages().empty()) { return; }
     pages->compileGLObjects(state);
     state.pushStateSet(pages->pages().front().state.get()); // its defines choose the variants of programs
-    if (more != nullptr) { state.pushStateSet(more); }
+    if (more != nullptr) {
+        more->compileGLObjects(state);
+        state.pushStateSet(more);
+    }
     _programs->compileGLObjects(state, Backend::Instanced);
     if (DrawContext::of(state).canTessellate(state, _asset->ladder)) {
         _programs->compileGLObjects(state, Backend::Tessellation);

@@ -49,7 +49,7 @@ public:
     /// The surface at one level as triangles. Made when first asked for, kept as long as somebody holds it; any thread.
     osg::ref_ptr<SurfaceProxy> proxy(const PickingOptions& options) const;
 
-    /// Programs in the variant that `more`, if not null, asks for with the asset.
+    /// `more`: what is drawn with beside the asset's own state, which may ask for other variants of programs; may be null.
     void compileGLObjects(osg::State& state, const osg::StateSet* more = nullptr) const;
     void releaseGLObjects(osg::State* state) const;
     void resizeGLObjectBuffers(unsigned maxSize);

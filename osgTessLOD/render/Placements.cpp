@@ -50,6 +50,7 @@ std::vector<BoundSphere> spheresOf(const std::vector<osg::Matrixd>& matrices, co
                                    const osg::BoundingBox& bounds)
 {
     std::vector<BoundSphere> spheres;
+    spheres.reserve(drawn.size());
     for (const std::uint32_t number : drawn) { spheres.push_back(sphereOf(matrices[number], bounds)); }
     return spheres;
 }

@@ -191,7 +191,7 @@ void TessLODDrawable::accept(ConstAttributeFunctor& functor) const
 void TessLODDrawable::compileGLObjects(osg::RenderInfo& renderInfo) const
 {
     osg::Drawable::compileGLObjects(renderInfo);
-    if (_gpuAsset.valid()) { _gpuAsset->compileGLObjects(*renderInfo.getState()); }
+    if (_gpuAsset.valid()) { _gpuAsset->compileGLObjects(*renderInfo.getState(), moreState()); }
 }
 
 void TessLODDrawable::releaseGLObjects(osg::State* state) const

@@ -87,6 +87,8 @@ protected:
     /// Called when the asset, or what is shown of it, is another. Extend it.
     virtual void surfaceChanged();
     virtual void dropPickingSurface();
+    /// What selections are drawn with beside the asset's own state; null: nothing.
+    virtual const osg::StateSet* moreState() const { return nullptr; }
 
 private:
     std::shared_ptr<const LodAsset> _asset;

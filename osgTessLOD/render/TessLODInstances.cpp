@@ -192,7 +192,7 @@ void TessLODInstances::accept(osg::NodeVisitor& visitor)
 {
     auto* intersections = dynamic_cast<osgUtil::IntersectionVisitor*>(&visitor);
     if (intersections == nullptr) {
-        osg::Drawable::accept(visitor);
+        TessLODDrawable::accept(visitor);
         return;
     }
     if (getGpuAsset() == nullptr || intersections->getDoDummyTraversal() || !visitor.validNodeMask(*this)) { return; }
@@ -224,12 +224,9 @@ void TessLODInstances::intersectPlacements(osgUtil::IntersectionVisitor& visitor
 
 // --------------------------------------------------------------------------------------------------- GL objects ---
 
-void TessLODInstances::compileGLObjects(osg::RenderInfo& renderInfo) const
+const osg::StateSet* TessLODInstances::moreState() const
 {
-    osg::Drawable::compileGLObjects(renderInfo);
-    if (getGpuAsset() == nullptr) { return; }
-    _placements->state()->compileGLObjects(*renderInfo.getState());
-    getGpuAsset()->compileGLObjects(*renderInfo.getState(), _placements->state());
+    return _placements->state();
 }
 
 void TessLODInstances::releaseGLObjects(osg::State* state) const

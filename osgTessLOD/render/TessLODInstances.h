@@ -44,7 +44,6 @@ public:
     /// Intersection visitors meet the asset's picking surface at every placement that they come near. Functors see those of all
     /// placements, at the finest level at which all together are within the picking options' limits.
     void accept(osg::NodeVisitor& visitor) override;
-    void compileGLObjects(osg::RenderInfo& renderInfo) const override;
     void releaseGLObjects(osg::State* state = nullptr) const override;
     void resizeGLObjectBuffers(unsigned int maxSize) override;
 
@@ -54,6 +53,7 @@ protected:
     osg::ref_ptr<SurfaceProxy> makePickingSurface() const override;
     void surfaceChanged() override;
     void dropPickingSurface() override;
+    const osg::StateSet* moreState() const override;
 
 private:
     osg::ref_ptr<TessLODDrawable> pickedDrawable();
