@@ -217,7 +217,7 @@ bool sameLevel(const LodLevel& a, const LodLevel& b)
            a.colors == b.colors &&
            std::equal(a.errors.begin(), a.errors.end(), b.errors.begin(), b.errors.end(),
                       [](const LevelError& x, const LevelError& y) {
-                          return x.quadratic == y.quadratic && x.isotropic == y.isotropic;
+                          return x.quadratic == y.quadratic && x.isotropic == y.isotropic && x.coneCosine == y.coneCosine;
                       });
 }
 
@@ -779,7 +779,7 @@ TEST(TlodFile, rejectsHostileCounts)
     expectFault(withMeta(20 + 8, 64), "LVLV 1: has 448 bytes of content, not 202816");
     expectFault(withMeta(24, 7), "META 0: more patches reach a level");
     expectFault(withMeta(24 + 8, 9), "META 0: more patches reach a level");
-    expectFault(withMeta(24 + 16, 7), "LVLE 2: has 224 bytes of content, not 196");
+    expectFault(withMeta(24 + 16, 7), "LVLE 2: has 256 bytes of content, not 224");
 
     auto changed = chunks;
     Chunk& meta = find(changed, "META");
@@ -801,7 +801,7 @@ TEST(TlodFile, validatesWhatItRead)
     put(content, 2 * 72 + 12, std::uint32_t{12}); // patch 2's first edge
     patches = rawChunk(patches, content);
     expectFault(assemble(chunks), "some.tlod: patch 2: edge out of range");
-    content[75] = 1;
+    content[71] = 1;
     patches = rawChunk(patches, content);
     expectFault(assemble(chunks), "PTCH 0: reserved bytes are not zero");
 }

@@ -171,9 +171,14 @@ TEST_F(BenchCommand, ViewAndSelectTakeBakedScenes)
         }
     }
     EXPECT_LE(view["summary"]["view_over_isotropic"]["torus"], 1.0);
-    const Json select = this->report("select --runs 1" + scene);
+    const Json select = this->report("select --quick" + scene);
     ASSERT_EQ(select["rows"].size(), 12U);
-    EXPECT_EQ(select["summary"]["ns_per_patch"], select["rows"][0]["nanosecondsPerPatch"]);
+    EXPECT_EQ(select["summary"]["ns_per_patch_at_home"], select["rows"][0]["nanosecondsPerPatch"]);
+    const Json& growth = select["summary"]["growth"];
+    ASSERT_EQ(growth.size(), 2U);
+    EXPECT_EQ(growth[1]["patches"], 9680U);
+    for (const Json& row : growth) { EXPECT_LT(row["drawn"], row["patches"]) << "some are out of view: " << row; }
+    EXPECT_GT(select["summary"]["ns_per_patch"], 0.0);
     for (const Json& row : select["rows"]) { EXPECT_EQ(row["drawn"] == 0U, row["from"] == "off screen") << row; }
 }
 
