@@ -4,7 +4,13 @@
 #include "ModelField.h"
 #include "Orbit.h"
 
+#include <osgTessLOD/render/PatchSelection.h>
 #include <osgTessLOD/render/PatchSelector.h>
+#include <osgTessLOD/render/TessLODInstances.h>
+
+#include <osg/Transform>
+#include <osg/Viewport>
+#include <osgUtil/CullVisitor>
 
 #include <fmt/format.h>
 
@@ -92,15 +98,21 @@ std::vector<ScreenCamera> camerasOver(const LodAsset& field, double modelSize)
     return cameras;
 }
 
-/// Selections of ever more patches: fields of a baked model, which has 20.
-void measureGrowth(unsigned runs, bool quick, BenchmarkResult& result)
+/// Of 20 patches.
+LodAsset smallAsteroid()
 {
-    bake::BakeOptions bakeOptions;
-    bakeOptions.maxFactor = 16;
-    bakeOptions.normals = false;
+    bake::BakeOptions options;
+    options.maxFactor = 16;
+    options.normals = false;
     bake::Progress progress;
     bake::BakeReport report;
-    const LodAsset model = bake::bakeSource("builtin:asteroid", bakeOptions, progress, report);
+    return bake::bakeSource("builtin:asteroid", options, progress, report);
+}
+
+/// Selections of ever more patches: fields of a baked model.
+void measureGrowth(unsigned runs, bool quick, BenchmarkResult& result)
+{
+    const LodAsset model = smallAsteroid();
     const double size = double{model.boundsMax[2]} - model.boundsMin[2];
     result.tables.push_back({{"patches", "drawn", "µs", "ns / drawn patch", "µs off screen"}, {}});
     std::vector<double> perPatch;
@@ -126,6 +138,85 @@ void measureGrowth(unsigned runs, bool quick, BenchmarkResult& result)
                                              fmt::format("{:.2f}", offScreen / 1000.0)});
     }
     result.summary["ns_per_patch"] = mean(perPatch);
+}
+
+/// What a cull traversal of `node` takes, without a graphics context: nanoseconds, the median over `runs` of the mean over the
+/// cameras.
+double cullNanoseconds(osg::Node& node, const std::vector<ScreenCamera>& cameras, unsigned runs)
+{
+    const osg::ref_ptr<osgUtil::CullVisitor> visitor = new osgUtil::CullVisitor;
+    visitor->setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
+    const osg::ref_ptr<osgUtil::StateGraph> graph = new osgUtil::StateGraph;
+    const osg::ref_ptr<osgUtil::RenderStage> stage = new osgUtil::RenderStage;
+    visitor->setStateGraph(graph.get());
+    visitor->setRenderStage(stage.get());
+    std::vector<double> times;
+    for (unsigned run = 0; run < runs; ++run) {
+        double time = 0.0;
+        for (const ScreenCamera& camera : cameras) {
+            visitor->reset();
+            graph->clean();
+            stage->reset();
+            const auto start = std::chrono::steady_clock::now();
+            visitor->pushViewport(new osg::Viewport(0.0, 0.0, camera.width, camera.height));
+            visitor->pushProjectionMatrix(new osg::RefMatrix(camera.projection));
+            visitor->pushModelViewMatrix(new osg::RefMatrix(camera.localToEye), osg::Transform::ABSOLUTE_RF);
+            node.accept(*visitor);
+            visitor->popModelViewMatrix();
+            visitor->popProjectionMatrix();
+            visitor->popViewport();
+            time += std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
+        }
+        times.push_back(time / static_cast<double>(cameras.size()));
+    }
+    return median(times);
+}
+
+/// Sums up what is selected.
+class Sum : public SelectionObserver {
+public:
+    void selected(const osg::Camera*, const osg::Matrixd&, const PatchSelection& selection) override
+    {
+        total.add(selection.statistics());
+    }
+    SelectionStatistics total;
+};
+
+/// Cull traversals of ever more placements of one model.
+void measurePlacements(unsigned runs, bool quick, BenchmarkResult& result)
+{
+    const auto model = std::make_shared<const LodAsset>(smallAsteroid());
+    const double size = double{model->boundsMax[2]} - model->boundsMin[2];
+    result.tables.push_back({{"placements", "patches drawn", "µs", "ns / drawn patch", "ns / placement", "µs off screen"}, {}});
+    for (const unsigned side : {1U, 10U, 32U, 100U, 316U}) {
+        if (quick && side > 32U) { break; }
+        fmt::print(stderr, "select: {} placements\n", side * side);
+        std::vector<osg::Matrixd> placements;
+        for (unsigned k = 0; k < side * side; ++k) {
+            placements.push_back(osg::Matrixd::rotate(k, 0.0, 0.0, 1.0) *
+                                 osg::Matrixd::translate(1.5 * size * (k % side), 1.5 * size * (k / side), 0.0));
+        }
+        const osg::ref_ptr<TessLODInstances> instances = new TessLODInstances(model);
+        instances->setPlacements(std::move(placements));
+        const osg::ref_ptr<Sum> sum = new Sum;
+        instances->setSelectionObserver(sum.get());
+        LodAsset field; // for its box
+        for (int axis = 0; axis < 3; ++axis) {
+            field.boundsMin[static_cast<std::size_t>(axis)] = instances->getBoundingBox()._min[axis];
+            field.boundsMax[static_cast<std::size_t>(axis)] = instances->getBoundingBox()._max[axis];
+        }
+        const double time = cullNanoseconds(*instances, camerasOver(field, size), runs);
+        const auto drawn = static_cast<double>(sum->total.patches) / (runs * kViews);
+        const double offScreen = cullNanoseconds(*instances, lookingAway(orbitOf(field, 3.0, kViews)), runs);
+        result.summary["placements"].push_back({{"placements", side * side},
+                                                {"drawn", drawn},
+                                                {"nanoseconds", time},
+                                                {"nanosecondsOffScreen", offScreen}});
+        result.tables.back().rows.push_back(
+            {grouped(side * side), fmt::format("{:.0f}", drawn), fmt::format("{:.1f}", time / 1000.0),
+             fmt::format("{:.1f}", time / drawn), fmt::format("{:.1f}", time / (side * side)),
+             fmt::format("{:.2f}", offScreen / 1000.0)});
+    }
 }
 
 } // namespace
@@ -170,6 +261,7 @@ BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned ru
     }
     result.summary = {{"ns_per_patch_at_home", mean(atHome)}, {"runs", runs}};
     measureGrowth(runs, quick, result);
+    measurePlacements(runs, quick, result);
     return result;
 }
 
