@@ -179,6 +179,10 @@ TEST_F(BenchCommand, ViewAndSelectTakeBakedScenes)
     EXPECT_EQ(growth[1]["patches"], 9680U);
     for (const Json& row : growth) { EXPECT_LT(row["drawn"], row["patches"]) << "some are out of view: " << row; }
     EXPECT_GT(select["summary"]["ns_per_patch"], 0.0);
+    const Json& placements = select["summary"]["placements"];
+    ASSERT_EQ(placements.size(), 3U);
+    EXPECT_GT(placements[2]["drawn"], placements[1]["drawn"]);
+    EXPECT_LT(placements[2]["drawn"], 20U * 1024U) << "some are out of view";
     for (const Json& row : select["rows"]) { EXPECT_EQ(row["drawn"] == 0U, row["from"] == "off screen") << row; }
 }
 
