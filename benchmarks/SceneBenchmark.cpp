@@ -23,6 +23,7 @@
 #include <cmath>
 #include <exception>
 #include <map>
+#include <optional>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -109,11 +110,13 @@ std::vector<osg::Matrixd> gridOf(const LodAsset& asset)
 }
 
 /// The drawable, or one shared by transforms, at the placements.
-osg::ref_ptr<osg::Node> sceneOf(const std::shared_ptr<const LodAsset>& asset, const Contestant& contestant)
+osg::ref_ptr<osg::Node> sceneOf(const std::shared_ptr<const LodAsset>& asset, const Contestant& contestant,
+                                Backend backend)
 {
     SelectionOptions options;
     options.errorPixels = 1.0;
     options.metric = contestant.metric;
+    options.backend = backend;
     const std::vector<osg::Matrixd> placements = gridOf(*asset);
     if (contestant.shown == Shown::Instances) {
         const osg::ref_ptr<TessLODInstances> instances = new TessLODInstances(asset);
@@ -169,13 +172,13 @@ Json medianOf(const osg::Stats& stats, const std::string& attribute, const std::
 }
 
 /// Draws frames and tells what was drawn in them, and what they took.
-Json draw(const std::string& path, const Contestant& contestant, unsigned frames)
+Json draw(const std::string& path, const Contestant& contestant, Backend backend, unsigned frames)
 {
     std::string error;
     const osg::ref_ptr<osg::GraphicsContext> context = createHeadlessContext(kWidth, kHeight, error);
     if (!context) { throw std::runtime_error("no OpenGL without a window: " + error); }
     const auto asset = std::make_shared<const LodAsset>(readTlod(path));
-    const osg::ref_ptr<osg::Node> scene = sceneOf(asset, contestant);
+    const osg::ref_ptr<osg::Node> scene = sceneOf(asset, contestant, backend);
     SelectionTotals totals(findDrawables(*scene));
     osgViewer::Viewer viewer;
     osg::Camera& camera = *viewer.getCamera();
@@ -206,7 +209,12 @@ Json draw(const std::string& path, const Contestant& contestant, unsigned frames
     const std::vector<FrameSelection> selections = totals.thisFrame(&camera);
     const SelectionSums sums = SelectionTotals::sum(selections);
     const osg::Stats& stats = *camera.getStats();
-    return {{"placements", placementsIn(selections)},
+    osg::RenderInfo renderInfo(context->getState(), nullptr);
+    std::optional<Backend> drawnBy;
+    if (!selections.empty()) { drawnBy = selections.front().selection->backend(renderInfo); }
+    if (!drawnBy) { throw std::runtime_error("this OpenGL context cannot draw it"); }
+    return {{"backend", nameOf(*drawnBy)},
+            {"placements", placementsIn(selections)},
             {"patches", sums.patches},
             {"saturatedPatches", sums.saturatedPatches},
             {"triangles", sums.triangles},
@@ -225,6 +233,7 @@ std::vector<std::string> tableRow(const Json& row)
     };
     return {row["scene"].get<std::string>(),
             row["contestant"].get<std::string>(),
+            row["backend"].get<std::string>(),
             count("placements"),
             count("patches"),
             count("saturatedPatches"),
@@ -275,6 +284,7 @@ void measure(const Scene& scene, const SceneBenchmarkOptions& options, Benchmark
 {
     const TemporaryDirectory folder;
     std::map<Levels, std::string> baked;
+    Backend backend = Backend::Auto; // for the first to try: all are drawn by the same
     for (const Contestant& contestant : kContestants) {
         fmt::print(stderr, "{}: {}\n", scene.name, contestant.name);
         std::string& path = baked[contestant.levels];
@@ -283,9 +293,10 @@ void measure(const Scene& scene, const SceneBenchmarkOptions& options, Benchmark
             bakeLevels(scene, contestant.levels, options.maxFactor, path);
         }
         Json row{{"scene", scene.name}, {"contestant", contestant.name}};
-        row.update(runInChild([&] { return draw(path, contestant, options.frames); }));
+        row.update(runInChild([&] { return draw(path, contestant, backend, options.frames); }));
         result.glRenderer = row["renderer"].get<std::string>();
         row.erase("renderer");
+        backend = *backendNamed(row["backend"].get<std::string>());
         result.tables.front().rows.push_back(tableRow(row));
         result.rows.push_back(std::move(row));
     }
@@ -296,8 +307,8 @@ void measure(const Scene& scene, const SceneBenchmarkOptions& options, Benchmark
 BenchmarkResult benchmarkScenes(const std::vector<Scene>& scenes, const SceneBenchmarkOptions& options)
 {
     BenchmarkResult result;
-    result.tables.emplace_back().headers = {"scene",     "contestant", "placements", "patches", "saturated",
-                                            "triangles", "draw calls", "cull ms",    "draw ms", "GPU ms"};
+    result.tables.emplace_back().headers = {"scene",     "contestant", "backend", "placements", "patches", "saturated",
+                                            "triangles", "draw calls", "cull ms", "draw ms",    "GPU ms"};
     for (const Scene& scene : scenes) {
         try {
             measure(scene, options, result);

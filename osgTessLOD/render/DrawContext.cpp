@@ -66,9 +66,7 @@ void DrawContext::query(osg::State& state)
     _maxTextureBufferTexels = texels;
     const auto* bytes = glGetString(GL_RENDERER);
     const std::string renderer = bytes != nullptr ? reinterpret_cast<const char*>(bytes) : "";
-    const bool software =
-        renderer.find("llvmpipe") != std::string::npos || renderer.find("softpipe") != std::string::npos;
-    _verticesPerDraw = software ? kSoftwareVerticesPerDraw : 4'000'000;
+    _isSoftware = renderer.find("llvmpipe") != std::string::npos || renderer.find("softpipe") != std::string::npos;
 }
 
 void DrawContext::setPatternCheck(PatternCheck check)

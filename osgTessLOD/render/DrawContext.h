@@ -50,10 +50,17 @@ public:
     std::int64_t maxTextureBufferTexels() const { return std::min(_maxTextureBufferTexels, _texelLimit); }
     /// Has the context be treated as one that allows no more than this either. Between draws.
     void limitTextureBufferTexels(std::int64_t most) { _texelLimit = most; }
-    /// Most vertices that one draw should make the tessellator emit. Mesa's software rasterizer takes time quadratic in
-    /// that above 64k; elsewhere the limit only bounds a single draw's duration.
-    std::uint64_t verticesPerDraw() const { return _verticesPerDraw; }
+    /// Most vertices that one draw should make. Elsewhere than on Mesa's software rasterizer the limit only bounds a single draw's
+    /// duration.
+    std::uint64_t verticesPerDraw(Backend backend) const
+    {
+        if (!_isSoftware) { return 4'000'000; }
+        return backend == Backend::Tessellation ? kSoftwareTessellatedVertices : kSoftwareVerticesPerDraw;
+    }
     static constexpr std::uint64_t kSoftwareVerticesPerDraw = 60'000;
+    /// Above it the time of one draw grows with the square of what is tessellated: 6,638 patches at factors up to 16 take 0.55 s in
+    /// draws of 16, 1.1 s in draws of 64 and 4.9 s in draws of 60,000 vertices.
+    static constexpr std::uint64_t kSoftwareTessellatedVertices = 4'000;
 
     struct Block {
         const void* data;
@@ -84,7 +91,7 @@ private:
     std::optional<Backend> _fastestBackend;
     std::int64_t _maxTextureBufferTexels = 0;
     std::int64_t _texelLimit = std::numeric_limits<std::int64_t>::max();
-    std::uint64_t _verticesPerDraw = kSoftwareVerticesPerDraw;
+    bool _isSoftware = true;
     std::uint64_t _drawCalls = 0;
     unsigned _stream = 0;
     std::map<unsigned, unsigned> _patterns; ///< buffers by factor

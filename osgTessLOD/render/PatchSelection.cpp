@@ -155,7 +155,7 @@ void PatchSelection::drawImplementation(osg::RenderInfo& renderInfo) const
     forEachPage(state, *_asset->programs().draw(*backend, state), [&](const DrawnRecords& records) {
         const std::unique_ptr<PatchDraw> patches = PatchDraw::make(*backend, state, records);
         forEachDraw(
-            records.records, DrawContext::of(state).verticesPerDraw(),
+            records.records, DrawContext::of(state).verticesPerDraw(*backend),
             [&](std::size_t first, std::size_t count, unsigned factor) { patches->draw(first, count, factor); });
     });
 }

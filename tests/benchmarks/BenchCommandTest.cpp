@@ -214,6 +214,7 @@ TEST_F(BenchCommand, SceneComparesLevelsMetricsAndDrawables)
         rows[row["contestant"]] = row;
         EXPECT_GT(row["placements"], 100U) << row;
         EXPECT_LT(row["placements"], 400U) << "some are out of view: " << row;
+        EXPECT_EQ(row["backend"], report["rows"][0]["backend"]) << row;
         EXPECT_GE(row["patches"], row["placements"]) << row;
         EXPECT_GE(row["triangles"], row["patches"]) << row;
         EXPECT_LE(row["saturatedPatches"], row["patches"]) << row;
@@ -227,7 +228,7 @@ TEST_F(BenchCommand, SceneComparesLevelsMetricsAndDrawables)
         EXPECT_EQ(instances[key], transforms[key]) << key;
     }
     EXPECT_GE(transforms["drawCalls"], transforms["placements"]);
-    EXPECT_LT(instances["drawCalls"], 20U);
+    EXPECT_LT(5 * instances["drawCalls"].get<unsigned>(), transforms["drawCalls"].get<unsigned>());
     EXPECT_DOUBLE_EQ(report["summary"]["triangles_ratio"],
                      instances["triangles"].get<double>() / rows["uniform, isotropic"]["triangles"].get<double>());
     EXPECT_GT(report["summary"]["cpu_time_ratio"], 0.0);
