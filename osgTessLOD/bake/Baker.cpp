@@ -145,6 +145,18 @@ void checkSeams(const ControlMesh& mesh, const BakeOptions& options)
                     mesh.name(), mesh.topology().patches.size(), bytes / 1e9));
 }
 
+/// Of thousands of pieces of a few triangles each, every one has a patch at least, whose finest levels would show nothing but
+/// the same triangles: the largest factor that does not make a thousand triangles of one, or some millions of all.
+unsigned finestFactorFor(const ControlMesh& mesh)
+{
+    constexpr std::uint64_t kMostPerTriangle = 1000;
+    constexpr std::uint64_t kFewTriangles = 4'000'000;
+    const std::uint64_t most = std::max<std::uint64_t>(kMostPerTriangle * mesh.sourceTriangles(), kFewTriangles);
+    unsigned factor = 64;
+    while (factor > 2 && mesh.topology().patches.size() * TessellationPattern::triangleCount(factor) > most) { factor /= 2; }
+    return factor;
+}
+
 /// `mesh` is clean.
 MappedSource makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
@@ -153,13 +165,14 @@ MappedSource makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progre
         return std::make_unique<ControlMesh>(std::move(mesh), options.controlMesh, progress);
     });
     checkSeams(*controlMesh, options);
+    const unsigned finest = options.ladder.empty() ? finestFactorFor(*controlMesh) : options.maxFactor;
     auto patches = timed(report, "refine patches", [&] {
-        return std::make_unique<RefinedPatches>(std::move(controlMesh), options.maxFactor, options.patchTolerance,
-                                                progress);
+        return std::make_unique<RefinedPatches>(std::move(controlMesh), std::min(options.maxFactor, finest),
+                                                options.patchTolerance, progress);
     });
     const SourceMesh& source = patches->base().source();
     const SourceSamples& samples = patches->sourceSamples();
-    return {std::move(patches), &source, &samples};
+    return {std::move(patches), &source, &samples, finest};
 }
 
 MappedSource makeSharedUvPatches(SourceMesh mesh, const BakeOptions& options, BakeReport& report)

@@ -23,7 +23,9 @@ namespace osgTessLOD::bake {
 
 /// What to bake and how.
 struct BakeOptions {
-    unsigned maxFactor = 64;                ///< factor of the finest level, a power of two up to 64
+    /// Factor of the finest level, a power of two up to 64. Smaller where a displacement map, or a mesh of thousands of pieces of
+    /// a few triangles each, has nothing more to show.
+    unsigned maxFactor = 64;
     ControlMeshOptions controlMesh;         ///< for mesh sources
     /// For a mesh source: file of a coarse mesh with the same texture coordinates, whose triangles become the patches
     /// (SharedUvMap). Empty: patches are made of the source.

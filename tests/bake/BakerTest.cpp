@@ -385,6 +385,31 @@ TEST(Baker, BakesIntoAsFewPatchesAsThereCanBe)
     }
 }
 
+TEST(Baker, ThousandsOfPiecesAreNotAllFine)
+{
+    TemporaryDirectory folder;
+    SourceMesh pieces;
+    constexpr std::uint32_t kPieces = 700; // of four patches each, 17 million triangles at factor 64
+    for (std::uint32_t k = 0; k < kPieces; ++k) {
+        const Eigen::Vector3d at(3.0 * (k % 30), 3.0 * (k / 30), 0.0);
+        for (const Eigen::Vector3d& corner : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0),
+                                              Eigen::Vector3d(0, 0, 1)}) {
+            pieces.positions.push_back(at + corner);
+        }
+        const std::uint32_t first = 4 * k;
+        pieces.triangles.insert(pieces.triangles.end(), {{first, first + 2, first + 1},
+                                                         {first, first + 1, first + 3},
+                                                         {first, first + 3, first + 2},
+                                                         {first + 1, first + 2, first + 3}});
+    }
+    BakeOptions options;
+    options.technique = "uniform";
+    options.normals = false;
+    const LodAsset asset = bake(writeAsciiPly(folder, pieces), options);
+    EXPECT_EQ(asset.patches.size(), 4U * kPieces);
+    EXPECT_EQ(asset.ladder, (std::vector<std::uint16_t>{1, 2, 4, 8, 16}));
+}
+
 TEST(Baker, BakesASingleTriangle)
 {
     const TemporaryDirectory folder;
