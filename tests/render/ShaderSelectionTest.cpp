@@ -3,18 +3,28 @@
 #include <render/CapturedInstead.h>
 #include <render/ClosedSurface.h>
 #include <render/GlTest.h>
+#include <render/ViewerTest.h>
 
 #include <asset/SyntheticAsset.h>
 
+#include <osgTessLOD/render/AssetPages.h>
+#include <osgTessLOD/render/DrawContext.h>
 #include <osgTessLOD/render/ShaderSelection.h>
+#include <osgTessLOD/render/TessLODDrawable.h>
+#include <osgTessLOD/render/TessLODInstances.h>
 
 #include <osg/Vec3d>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <map>
+#include <memory>
 #include <random>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace osgTessLOD {
@@ -125,9 +135,6 @@ TEST_F(ShaderSelectionGl, levelsAreTheSelectors)
     const CapturedInstead levelsInstead("edgeLevels");
     const CapturedInstead patchesInstead("vec3(float(patchId))", "tessLodEyePosition", "eyePosition.xyz");
     std::size_t between = 0;
-    double largest = 0.0;
-    std::size_t compared = 0;
-    std::size_t different = 0;
     for (const LodAsset& made : closedAssets()) {
         const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(made);
         Random random(1);
@@ -145,15 +152,274 @@ TEST_F(ShaderSelectionGl, levelsAreTheSelectors)
                             << "patch " << patch << ", side " << side << ", view " << k;
                         ASSERT_EQ(ofEdges.emplace(edge, ofSides[side]).first->second, ofSides[side]) << edge;
                         between += expected != std::floor(expected) ? 1 : 0;
-                        largest = std::max(largest, std::fabs(double(ofSides[side]) - double(expected)));
-                        ++compared;
-                        different += ofSides[side] != expected ? 1 : 0;
                     }
                 }
             }
         }
     }
     EXPECT_GT(between, 1000U); // or the test shows little
+}
+
+/// A captured triangle and the levels that its patch is drawn at.
+using LeveledTriangle = std::pair<osg::Vec3f, std::array<osg::Vec3f, 3>>;
+
+std::multiset<LeveledTriangle> leveledTriangles(const std::vector<osg::Vec3f>& levels,
+                                                const std::vector<osg::Vec3f>& corners)
+{
+    EXPECT_EQ(levels.size(), corners.size());
+    std::multiset<LeveledTriangle> triangles;
+    for (std::size_t k = 0; k < std::min(levels.size(), corners.size()); k += 3) {
+        std::array<osg::Vec3f, 3> triangle{corners[k], corners[k + 1], corners[k + 2]};
+        std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
+        triangles.emplace(levels[k], triangle);
+    }
+    return triangles;
+}
+
+TEST_F(ShaderSelectionGl, trianglesAreTheSelectorsAndClosed)
+{
+    const CapturedInstead levelsInstead("edgeLevels", "tessLodEyePosition", "eyePosition.xyz");
+    std::size_t equalLevels = 0;
+    std::size_t views = 0;
+    std::vector<LodAsset> assets = closedAssets();
+    assets.push_back(makeSyntheticDisplacedAsset(16, true));
+    assets.push_back(makeSyntheticSheet(16, 2, false)); // the only open one
+    for (const LodAsset& made : assets) {
+        const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(made);
+        Random random(2);
+        for (const Kind& kind : allKinds()) {
+            for (int k = 0; k < 4; ++k, ++views) {
+                const SelectionRequest request = randomRequest(kind, random);
+                const std::vector<osg::Vec3f> corners = capture(*asset, request);
+                if (&made != &assets.back()) { ASSERT_EQ(unmatchedEdges(corners), 0U) << k; }
+                const auto drawn = leveledTriangles(capture(*asset, request, "tessLodEyePosition"), corners);
+                PatchSelector::Result selected = asset->selector().select(request.view, request.options, {});
+                const osg::ref_ptr<PatchSelection> selection = new PatchSelection(
+                    asset.get(), selected.records, selected.statistics, request.view, Backend::Tessellation);
+                const auto expected = leveledTriangles(selection->capture(renderInfo, "tessLodEyePosition"),
+                                                       selection->capture(renderInfo));
+                // A level that another rounding makes differ gives other triangles.
+                const auto levelsOf = [](const std::multiset<LeveledTriangle>& triangles) {
+                    std::set<osg::Vec3f> levels;
+                    for (const LeveledTriangle& triangle : triangles) { levels.insert(triangle.first); }
+                    return levels;
+                };
+                if (levelsOf(drawn) != levelsOf(expected)) { continue; }
+                ASSERT_EQ(drawn, expected);
+                ++equalLevels;
+            }
+        }
+    }
+    EXPECT_GT(2 * equalLevels, views); // all of them where rounding is the CPU's
+}
+
+TEST_F(ShaderSelectionGl, patchesOutOfViewAreLeftOut)
+{
+    const CapturedInstead levelsInstead("edgeLevels");
+    const CapturedInstead patchesInstead("vec3(float(patchId))", "tessLodEyePosition", "eyePosition.xyz");
+    const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(makeSyntheticSheet(8, 6, false));
+    const osg::BoundingBox& bounds = asset->bounds();
+    Random random(3);
+    std::size_t left = 0;
+    std::size_t drawnInAll = 0;
+    for (const std::size_t planes : {1U, 5U, 8U, 11U}) {
+        for (int k = 0; k < 40; ++k) {
+            SelectionRequest request = randomRequest(allKinds()[static_cast<std::size_t>(k) % 8], random);
+            const std::map<std::uint32_t, EdgeLevels> all = levelsOf(*asset, request);
+            request.options.cullPatches = true;
+            for (std::size_t p = 0; p < planes; ++p) {
+                const osg::Vec3d normal = random.direction();
+                const osg::Vec3d through =
+                    osg::Vec3d(bounds.center()) - normal * bounds.radius() * random.between(0.0, 0.8);
+                request.frustum.emplace_back(normal * random.between(0.1, 10.0), through);
+            }
+            std::set<std::uint32_t> expected;
+            const std::vector<osg::Plane> first(
+                request.frustum.begin(),
+                request.frustum.begin() + static_cast<std::ptrdiff_t>(std::min(planes, ShaderSelection::kMostPlanes)));
+            for (const PatchRecord& record : asset->selector().select(request.view, request.options, first).records) {
+                expected.insert(record.patch);
+            }
+            std::set<std::uint32_t> drawn;
+            for (const auto& [patch, levels] : levelsOf(*asset, request)) {
+                drawn.insert(patch);
+                EXPECT_EQ(levels, all.at(patch)) << "as if all were in view";
+            }
+            ASSERT_EQ(drawn, expected);
+            left += asset->asset().patches.size() - drawn.size();
+            drawnInAll += drawn.size();
+        }
+    }
+    EXPECT_GT(left, 1000U);
+    EXPECT_GT(drawnInAll, 1000U);
+}
+
+TEST_F(ShaderSelectionGl, theCpuSelectsWhereTheShaderCannot)
+{
+    const auto expectSelectorsTriangles = [&](GpuAsset& asset) {
+        Random random(4);
+        SelectionRequest request = randomRequest(allKinds().front(), random);
+        request.options.backend = Backend::Instanced;
+        const osg::ref_ptr<PatchSelection> selection = new PatchSelection(&asset, request);
+        EXPECT_EQ(selection->backend(renderInfo), Backend::Instanced);
+        std::vector<PatchRecord> records = asset.selector().select(request.view, request.options, {}).records.vector();
+        backend = Backend::Instanced;
+        EXPECT_EQ(selection->capture(renderInfo), GlTest::capture(asset, records));
+        EXPECT_FALSE(records.empty());
+        state().apply();
+        selection->drawImplementation(renderInfo);
+    };
+    DrawContext& drawContext = DrawContext::of(state());
+    drawContext.limitTextureBufferTexels(1000);
+    const osg::ref_ptr<GpuAsset> inPages = makeGpuAsset(makeSyntheticAsset(16, false));
+    EXPECT_GT(inPages->pagesFor(state())->pages().size(), 1U);
+    expectSelectorsTriangles(*inPages);
+
+    // Of one level: fewer vertices than there are texels to select by.
+    const osg::ref_ptr<GpuAsset> coarse = makeGpuAsset(synthetic::build(synthetic::bumpySphere(), {1}, false));
+    drawContext.limitTextureBufferTexels(8 * 6);
+    EXPECT_EQ(coarse->pagesFor(state())->pages().size(), 1U);
+    expectSelectorsTriangles(*coarse);
+    EXPECT_EQ(coarse->shaderSelectionFor(state()), nullptr);
+
+    drawContext.limitTextureBufferTexels(1 << 27);
+    EXPECT_NE(coarse->shaderSelectionFor(state()), nullptr);
+    drawContext.setPatternCheck([](osg::State&, unsigned) { return false; });
+    const WarningCollector collector; // of the tessellator
+    EXPECT_EQ(coarse->shaderSelectionFor(state()), nullptr);
+    expectSelectorsTriangles(*coarse);
+}
+
+TEST_F(ShaderSelectionGl, drawsAgainAfterItsObjectsWereReleased)
+{
+    const osg::ref_ptr<TessLODDrawable> drawable =
+        new TessLODDrawable(std::make_shared<const LodAsset>(makeSyntheticAsset(16, true)));
+    Random random(5);
+    SelectionRequest request = randomRequest(allKinds().front(), random);
+    request.options.selector = Options::Selector::Gpu;
+    drawable->setOptions(request.options);
+    drawable->compileGLObjects(renderInfo);
+    const std::vector<osg::Vec3f> first = capture(*drawable->getGpuAsset(), request);
+    EXPECT_FALSE(first.empty());
+    for (osg::State* which : {&state(), static_cast<osg::State*>(nullptr)}) {
+        drawable->releaseGLObjects(which);
+        osg::flushAllDeletedGLObjects(state().getContextID());
+        state().reset();
+        state().setCheckForGLErrors(osg::State::ONCE_PER_ATTRIBUTE);
+        drawable->resizeGLObjectBuffers(8);
+        EXPECT_EQ(capture(*drawable->getGpuAsset(), request), first);
+    }
+}
+
+TEST(ShaderSelection, countsWhatMayBeDrawnAtMost)
+{
+    const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(makeSyntheticMixedAsset(16));
+    Random random(6);
+    SelectionRequest request = randomRequest(allKinds().front(), random);
+    for (const unsigned maxFactor : {1U, 4U, 64U}) {
+        request.options.maxFactor = maxFactor;
+        const osg::ref_ptr<PatchSelection> selection = new PatchSelection(asset.get(), request);
+        const SelectionStatistics expected = asset->selector().statisticsOf(selection->records());
+        EXPECT_TRUE(selection->statistics().isUpperBound);
+        EXPECT_EQ(selection->statistics().patches, asset->asset().patches.size());
+        EXPECT_EQ(selection->statistics().triangles, expected.triangles);
+        EXPECT_EQ(selection->statistics().patchesByLevel, expected.patchesByLevel);
+        EXPECT_LE(asset->selector().select(request.view, request.options, {}).statistics.triangles, expected.triangles);
+    }
+}
+
+/// A viewer of one drawable without a window, and the options of its frames.
+class ShaderSelectionPictures : public testing::Test {
+protected:
+    void show(TessLODDrawable& drawable)
+    {
+        viewer.setThreadingModel(osgViewer::Viewer::SingleThreaded);
+        setUpHeadless(*viewer.getCamera(), 200, 200);
+        viewer.getCamera()->setFinalDrawCallback(snapshot.get());
+        drawable.setSelectionObserver(observer.get());
+        viewer.setSceneData(&drawable);
+        viewer.realize();
+        viewer.renderingTraversals(); // a viewer's first frame is brighter
+    }
+
+    osg::ref_ptr<const osg::Image> picture(TessLODDrawable& drawable, const Options& options)
+    {
+        drawable.setOptions(options);
+        observer->take();
+        viewer.renderingTraversals();
+        return new osg::Image(snapshot->image());
+    }
+
+    static std::size_t differingBytes(const osg::Image& a, const osg::Image& b)
+    {
+        std::size_t count = 0;
+        for (unsigned k = 0; k < a.getTotalSizeInBytes(); ++k) {
+            count += std::abs(a.data()[k] - b.data()[k]) > 1 ? 1 : 0;
+        }
+        return count;
+    }
+
+    const WarningCollector warnings;
+    osgViewer::Viewer viewer;
+    const osg::ref_ptr<Snapshot> snapshot = new Snapshot;
+    const osg::ref_ptr<RecordingObserver> observer = new RecordingObserver;
+};
+
+/// The triangles are the same, but patches come in another order: a pixel on a shared edge may take its neighbour's grey.
+TEST_F(ShaderSelectionPictures, areTheSame)
+{
+    const osg::ref_ptr<TessLODDrawable> drawable =
+        new TessLODDrawable(std::make_shared<const LodAsset>(makeSyntheticDisplacedAsset(32, true)));
+    show(*drawable);
+    for (const osg::Vec3d& eye : {osg::Vec3d(4.0, 1.0, 2.0), osg::Vec3d(1.5, 0.2, 0.3)}) { // all of it, and a part
+        viewer.getCamera()->setViewMatrixAsLookAt(eye, osg::Vec3d(0.0, 0.0, 0.5), osg::Vec3d(0.0, 0.0, 1.0));
+        for (const double errorPixels : {0.5, 3.0, 20.0}) {
+            for (const auto mode : {osg::CullSettings::COMPUTE_NEAR_FAR_USING_BOUNDING_VOLUMES,
+                                    osg::CullSettings::COMPUTE_NEAR_FAR_USING_PRIMITIVES}) {
+                viewer.getCamera()->setComputeNearFarMode(mode);
+                Options options;
+                options.errorPixels = errorPixels;
+                options.backend = Backend::Tessellation;
+                const osg::ref_ptr<const osg::Image> expected = picture(*drawable, options);
+                ASSERT_EQ(observer->take().size(), 1U);
+                options.selector = Options::Selector::Gpu;
+                const osg::ref_ptr<const osg::Image> found = picture(*drawable, options);
+                const std::vector<RecordingObserver::Entry> entries = observer->take();
+                ASSERT_EQ(entries.size(), 1U);
+                EXPECT_TRUE(entries.front().selection->isSelectedWhenDrawn());
+                EXPECT_LE(differingBytes(*found, *expected), 6U);
+                options.backend = Backend::Auto;
+                EXPECT_EQ(differingBytes(*picture(*drawable, options), *found), 0U);
+            }
+        }
+    }
+    EXPECT_EQ(warnings.text(), "");
+}
+
+TEST_F(ShaderSelectionPictures, instancesOfEitherKindAreSelectedOnTheCpu)
+{
+    const auto asset = std::make_shared<const LodAsset>(makeSyntheticAsset(16, true));
+    const osg::ref_ptr<TessLODDrawable> plain = new TessLODDrawable(asset);
+    const osg::ref_ptr<TessLODInstances> placed = new TessLODInstances(asset);
+    placed->setPlacements({osg::Matrixd::translate(0.0, 0.0, 0.5)});
+    for (const osg::ref_ptr<TessLODDrawable>& drawable : {plain, osg::ref_ptr<TessLODDrawable>(placed)}) {
+        viewer.getCamera()->setViewMatrixAsLookAt(osg::Vec3d(4.0, 1.0, 2.0), osg::Vec3d(), osg::Vec3d(0.0, 0.0, 1.0));
+        if (drawable == plain) {
+            show(*drawable);
+        } else {
+            drawable->setSelectionObserver(observer.get());
+            viewer.setSceneData(drawable.get());
+        }
+        Options options;
+        options.selector = Options::Selector::Gpu;
+        options.backend = Backend::Instanced;
+        picture(*drawable, options);
+        const std::vector<RecordingObserver::Entry> entries = observer->take();
+        ASSERT_EQ(entries.size(), 1U);
+        EXPECT_FALSE(entries.front().selection->isSelectedWhenDrawn());
+        EXPECT_FALSE(entries.front().selection->statistics().isUpperBound);
+    }
+    EXPECT_EQ(warnings.text(), "");
 }
 
 } // namespace
