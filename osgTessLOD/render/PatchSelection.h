@@ -58,7 +58,7 @@ public:
     osg::BoundingBox computeBoundingBox() const override;
     void drawImplementation(osg::RenderInfo& renderInfo) const override;
     using osg::Drawable::accept;
-    /// Reports how many triangles are drawn, to osgUtil's statistics; has no vertices to give.
+    /// Reports how many triangles are drawn, or may be, to osgUtil's statistics; has no vertices to give.
     void accept(osg::PrimitiveFunctor& functor) const override;
     bool supports(const osg::PrimitiveFunctor&) const override { return true; }
 
