@@ -180,11 +180,9 @@ float tessLodFinest(uint levels, int side)
     return float(levels >> (8 * side) & 0xFFu);
 }
 
-// What the patch needs at a side. Where borders have middles of their own, the first that goes on farthest carries what the patch
-// needs at those that end before it.
+// What the patch needs at the middle of a side; at the first that goes on farthest also what it needs at those that end before.
 float tessLodNeedAt(int patchId, int side)
 {
-    if (tessLodConservative) { return tessLodNeed(patchId, tessLodSphere(patchId)); }
     uint levels = tessLodBorders(patchId).w;
     float reach = tessLodFinest(levels, 3);
     int carrier = 0;
@@ -199,15 +197,34 @@ float tessLodNeedAt(int patchId, int side)
     return need;
 }
 
+// What the patch itself and those on the other side of its borders need there, the larger.
+vec3 tessLodLargerNeeds(int patchId, uvec4 borders)
+{
+    vec3 needs = vec3(0.0);
+    if (tessLodConservative) { // all sides of a patch need the same
+        for (int k = 0; k < 4; ++k) {
+            int other = k < 3 ? int(borders[k]) / 3 : patchId;
+            float need = tessLodNeed(other, tessLodSphere(other));
+            for (int side = 0; side < 3; ++side) {
+                if (side == k || k == 3) { needs[side] = tessLodLargest(needs[side], need); }
+            }
+        }
+        return needs;
+    }
+    for (int side = 0; side < 3; ++side) {
+        int other = int(borders[side]);
+        needs[side] = tessLodLargest(tessLodNeedAt(patchId, side), tessLodNeedAt(other / 3, other % 3));
+    }
+    return needs;
+}
+
 // Continuous levels of sides 0, 1, 2.
 vec3 tessLodSelectedLevels(int patchId)
 {
     uvec4 borders = tessLodBorders(patchId);
-    vec3 levels;
+    vec3 levels = tessLodLargerNeeds(patchId, borders);
     for (int side = 0; side < 3; ++side) {
-        int other = int(borders[side]);
-        float level = tessLodLargest(tessLodNeedAt(patchId, side), tessLodNeedAt(other / 3, other % 3));
-        level = tessLodLeast(level, tessLodFinest(borders.w, side));
+        float level = tessLodLeast(levels[side], tessLodFinest(borders.w, side));
         levels[side] = tessLodLeast(level, float(tessLodTopLevel));
     }
     return levels;
