@@ -103,7 +103,8 @@ osg::BoundingBox PatchSelection::computeBoundingBox() const
 
 const ShaderSelection* PatchSelection::shaderSelectionFor(osg::State& state) const
 {
-    return _request != nullptr ? _asset->shaderSelectionFor(state) : nullptr;
+    if (_request == nullptr || _backend == Backend::Instanced) { return nullptr; }
+    return _asset->shaderSelectionFor(state);
 }
 
 /// Itself, or what PatchSelector selects in its place where the control shader cannot select.

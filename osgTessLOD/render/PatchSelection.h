@@ -40,8 +40,8 @@ public:
     /// level may be above its edge's finest. See PatchSelector. `asset` is not null; placements are as many as records, or none.
     PatchSelection(const GpuAsset* asset, PatchRecords records, SelectionStatistics statistics,
                    const SelectionView& view, Backend backend = Backend::Auto, RecordPlacements placements = {});
-    /// Has the control shader select what it is asked when it is drawn; in contexts where it cannot, PatchSelector does, then. Until
-    /// then all patches count as drawn at the finest level that they may have: so have records() and statistics() them.
+    /// Has the control shader select when it is drawn, or PatchSelector, then, in contexts where the shader cannot. Records and
+    /// statistics have all patches at the finest level that they may be drawn with.
     PatchSelection(const GpuAsset* asset, SelectionRequest request);
     PatchSelection(const PatchSelection& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
     META_Object(osgTessLOD, PatchSelection)

@@ -13,6 +13,7 @@
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <osgTessLOD/render/TessLODInstances.h>
 
+#include <osg/GLExtensions>
 #include <osg/Vec3d>
 
 #include <algorithm>
@@ -256,16 +257,16 @@ TEST_F(ShaderSelectionGl, patchesOutOfViewAreLeftOut)
 
 TEST_F(ShaderSelectionGl, theCpuSelectsWhereTheShaderCannot)
 {
-    const auto expectSelectorsTriangles = [&](GpuAsset& asset) {
+    const auto expectSelectors = [&](GpuAsset& asset, Backend wanted, Backend expected) {
         Random random(4);
         SelectionRequest request = randomRequest(allKinds().front(), random);
-        request.options.backend = Backend::Instanced;
+        request.options.backend = wanted;
         const osg::ref_ptr<PatchSelection> selection = new PatchSelection(&asset, request);
-        EXPECT_EQ(selection->backend(renderInfo), Backend::Instanced);
+        EXPECT_EQ(selection->backend(renderInfo), expected);
         std::vector<PatchRecord> records = asset.selector().select(request.view, request.options, {}).records.vector();
-        backend = Backend::Instanced;
-        EXPECT_EQ(selection->capture(renderInfo), GlTest::capture(asset, records));
         EXPECT_FALSE(records.empty());
+        backend = expected;
+        EXPECT_EQ(selection->capture(renderInfo), GlTest::capture(asset, records));
         state().apply();
         selection->drawImplementation(renderInfo);
     };
@@ -273,21 +274,23 @@ TEST_F(ShaderSelectionGl, theCpuSelectsWhereTheShaderCannot)
     drawContext.limitTextureBufferTexels(1000);
     const osg::ref_ptr<GpuAsset> inPages = makeGpuAsset(makeSyntheticAsset(16, false));
     EXPECT_GT(inPages->pagesFor(state())->pages().size(), 1U);
-    expectSelectorsTriangles(*inPages);
+    EXPECT_EQ(inPages->shaderSelectionFor(state()), nullptr);
+    expectSelectors(*inPages, Backend::Tessellation, Backend::Tessellation);
 
     // Of one level: fewer vertices than there are texels to select by.
     const osg::ref_ptr<GpuAsset> coarse = makeGpuAsset(synthetic::build(synthetic::bumpySphere(), {1}, false));
     drawContext.limitTextureBufferTexels(8 * 6);
     EXPECT_EQ(coarse->pagesFor(state())->pages().size(), 1U);
-    expectSelectorsTriangles(*coarse);
     EXPECT_EQ(coarse->shaderSelectionFor(state()), nullptr);
+    expectSelectors(*coarse, Backend::Tessellation, Backend::Tessellation);
 
     drawContext.limitTextureBufferTexels(1 << 27);
-    EXPECT_NE(coarse->shaderSelectionFor(state()), nullptr);
+    EXPECT_NE(inPages->shaderSelectionFor(state()), nullptr) << "now that it fits";
+    expectSelectors(*inPages, Backend::Instanced, Backend::Instanced);
     drawContext.setPatternCheck([](osg::State&, unsigned) { return false; });
     const WarningCollector collector; // of the tessellator
-    EXPECT_EQ(coarse->shaderSelectionFor(state()), nullptr);
-    expectSelectorsTriangles(*coarse);
+    EXPECT_EQ(inPages->shaderSelectionFor(state()), nullptr);
+    expectSelectors(*inPages, Backend::Tessellation, Backend::Instanced);
 }
 
 TEST_F(ShaderSelectionGl, drawsAgainAfterItsObjectsWereReleased)
@@ -309,6 +312,40 @@ TEST_F(ShaderSelectionGl, drawsAgainAfterItsObjectsWereReleased)
         drawable->resizeGLObjectBuffers(8);
         EXPECT_EQ(capture(*drawable->getGpuAsset(), request), first);
     }
+}
+
+TEST_F(ShaderSelectionGl, isCompiledAhead)
+{
+    const osg::ref_ptr<TessLODDrawable> drawable =
+        new TessLODDrawable(std::make_shared<const LodAsset>(makeSyntheticAsset(16, true)));
+    Random random(7);
+    SelectionRequest request = randomRequest(allKinds().front(), random);
+    request.options.selector = Options::Selector::Gpu;
+    drawable->setOptions(request.options);
+    drawable->compileGLObjects(renderInfo);
+    const osg::ref_ptr<PatchSelection> selection = new PatchSelection(drawable->getGpuAsset(), request);
+    const auto* gl = state().get<osg::GLExtensions>();
+    const auto namesTaken = [&](auto draw) {
+        std::array<GLuint, 2> buffers{};
+        const GLuint program = gl->glCreateProgram();
+        gl->glGenBuffers(1, &buffers[0]);
+        draw();
+        gl->glGenBuffers(1, &buffers[1]);
+        const GLuint after = gl->glCreateProgram();
+        const std::pair<GLuint, GLuint> taken{after - program - 1, buffers[1] - buffers[0] - 1};
+        gl->glDeleteProgram(program);
+        gl->glDeleteProgram(after);
+        gl->glDeleteBuffers(2, buffers.data());
+        return taken;
+    };
+    state().apply();
+    const auto [programs, buffers] = namesTaken([&] { selection->drawImplementation(renderInfo); });
+    EXPECT_EQ(programs, 0U);
+    EXPECT_LE(buffers, 1U) << "the numbers of the patches alone";
+    const osg::ref_ptr<PatchSelection> uniform =
+        new PatchSelection(drawable->getGpuAsset(), drawable->getGpuAsset()->selector().uniformRecords(1), {},
+                           SelectionView(), Backend::Tessellation);
+    EXPECT_GT(namesTaken([&] { uniform->drawImplementation(renderInfo); }).first, 0U) << "or the test shows nothing";
 }
 
 TEST(ShaderSelection, countsWhatMayBeDrawnAtMost)
