@@ -53,6 +53,7 @@ void writeJson(std::ostream& stream, const FrameStatistics& statistics)
     json["patchesCulled"] = selected.culledPatches;
     json["patchesSaturated"] = selected.saturatedPatches;
     json["triangles"] = selected.triangles;
+    json["upperBound"] = selected.isUpperBound;
     json["patchesByFactor"] = nlohmann::ordered_json::object();
     for (const auto& [factor, patches] : selected.patchesByFactor) {
         json["patchesByFactor"][std::to_string(factor)] = patches;
@@ -76,8 +77,8 @@ void writeSummary(std::ostream& stream, const FrameStatistics& statistics)
 {
     const SelectionSums& selected = statistics.selected;
     const FrameTime time = medianTime(statistics.times);
-    stream << selected.triangles << " triangles in " << selected.patches << " patches (" << selected.culledPatches
-           << " culled, " << selected.saturatedPatches << " saturated)";
+    stream << (selected.isUpperBound ? "at most " : "") << selected.triangles << " triangles in " << selected.patches
+           << " patches (" << selected.culledPatches << " culled, " << selected.saturatedPatches << " saturated)";
     if (statistics.errorPixels) { stream << " for an error of " << *statistics.errorPixels << " pixels"; }
     stream << ", " << statistics.width << "x" << statistics.height << '\n';
     stream << "patches per factor:";

@@ -91,6 +91,7 @@ SelectionSums SelectionTotals::sum(const std::vector<FrameSelection>& selections
         sums.culledPatches += statistics.culledPatches;
         sums.saturatedPatches += statistics.saturatedPatches;
         sums.triangles += statistics.triangles;
+        sums.isUpperBound = sums.isUpperBound || statistics.isUpperBound;
         const std::vector<std::uint16_t>& ladder = entry.drawable->getAsset()->ladder;
         for (std::size_t level = 0; level < statistics.patchesByLevel.size() && level < ladder.size(); ++level) {
             if (statistics.patchesByLevel[level] > 0) {

@@ -32,6 +32,7 @@ struct SelectionSums {
     std::uint64_t saturatedPatches = 0;
     std::uint64_t triangles = 0;
     std::map<unsigned, std::uint64_t> patchesByFactor; ///< drawn patches per tessellation factor; no empty entries
+    bool isUpperBound = false;                         ///< as in SelectionStatistics, of any of them
 };
 
 /// Observes the selections of a list of drawables, frame by frame. Selections may come from any thread.

@@ -41,6 +41,7 @@ nlohmann::ordered_json selectionOf(const FrameSelection& entry)
             {"patchesCulled", statistics.culledPatches},
             {"patchesSaturated", statistics.saturatedPatches},
             {"triangles", statistics.triangles},
+            {"upperBound", statistics.isUpperBound},
             {"patches", patchesOf(entry.selection->records().vector())}};
 }
 

@@ -16,9 +16,9 @@ std::string statusLine(double frameMilliseconds, const SelectionSums& sums, cons
 {
     std::ostringstream line;
     line << std::fixed << std::setprecision(1) << frameMilliseconds << " ms   ";
-    line << sums.patches << " patches (" << sums.culledPatches << " culled, " << sums.saturatedPatches
-         << " saturated)   " << sums.triangles << " triangles   error asked " << std::setprecision(2)
-         << options.errorPixels << " px" << (options.cullPatches ? "" : "   no culling")
+    line << (sums.isUpperBound ? "at most " : "") << sums.patches << " patches (" << sums.culledPatches << " culled, "
+         << sums.saturatedPatches << " saturated)   " << sums.triangles << " triangles   error asked "
+         << std::setprecision(2) << options.errorPixels << " px" << (options.cullPatches ? "" : "   no culling")
          << (options.frozen ? "   frozen" : "") << "\npatches per factor";
     for (const auto& [factor, patches] : sums.patchesByFactor) { line << "   " << factor << ": " << patches; }
     return line.str();

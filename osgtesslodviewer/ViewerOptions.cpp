@@ -26,6 +26,8 @@ constexpr std::pair<const char*, const char*> kOptions[] = {
     {"--metric <view|isotropic>", "Errors as seen, or at their largest over all directions."},
     {"--bound <conservative|first-order>",
      "Keep the error asked for everywhere on screen, or about at the middles of patch borders."},
+    {"--selection <cpu|gpu>",
+     "Select levels in the cull traversal, or in the control shader; what is drawn is then known at most."},
     {"--backend <auto|tessellation|instanced>",
      "Draw with tessellation shaders, or an instance per patch; auto tries which is faster."},
     {"--no-cull", "Draw patches outside the view frustum too."},
@@ -166,6 +168,7 @@ ViewerOptions readViewerOptions(osg::ArgumentParser& arguments)
     options.maxFactor = takeCount(arguments, "--max-factor", 1024, "a whole number from 1 is needed");
     options.metric = takeNamed(arguments, "--metric", metricNamed, "view or isotropic is needed");
     options.bound = takeNamed(arguments, "--bound", boundNamed, "conservative or first-order is needed");
+    options.selector = takeNamed(arguments, "--selection", selectorNamed, "cpu or gpu is needed");
     options.backend = takeNamed(arguments, "--backend", backendNamed, "auto, tessellation or instanced is needed");
     while (arguments.read("--no-cull")) { options.cullPatches = false; }
     while (arguments.read("--color-by-level")) { options.colorByLevel = true; }

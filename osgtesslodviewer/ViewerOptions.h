@@ -28,7 +28,8 @@ struct ViewerOptions {
     std::optional<unsigned> maxFactor; ///< the same
     std::optional<SelectionOptions::Metric> metric; ///< the same
     std::optional<SelectionOptions::Bound> bound;   ///< the same
-    std::optional<Backend> backend;                 ///< the same
+    std::optional<SelectionOptions::Selector> selector; ///< the same
+    std::optional<Backend> backend;                     ///< the same
     bool cullPatches = true;
     bool colorByLevel = false;
     bool wireframe = false;

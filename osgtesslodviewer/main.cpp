@@ -49,6 +49,7 @@ void applyOptions(osg::Node& scene, const ViewerOptions& options)
         selection.maxFactor = options.maxFactor.value_or(selection.maxFactor);
         selection.metric = options.metric.value_or(selection.metric);
         selection.bound = options.bound.value_or(selection.bound);
+        selection.selector = options.selector.value_or(selection.selector);
         selection.backend = options.backend.value_or(selection.backend);
         selection.cullPatches = options.cullPatches;
     });

@@ -135,16 +135,18 @@ bool updateNearFar(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawabl
 {
     const osg::BoundingBox& bounds = drawable.getBoundingBox();
     const osg::RefMatrix& matrix = *visitor.getModelViewMatrix();
+    const auto byBounds = [&] { return !bounds.valid() || visitor.updateCalculatedNearFar(matrix, bounds); };
     switch (visitor.getComputeNearFarMode()) {
     case osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR: return true;
     case osg::CullSettings::COMPUTE_NEAR_FAR_USING_PRIMITIVES:
     case osg::CullSettings::COMPUTE_NEAR_USING_PRIMITIVES:
+        if (leaf.isSelectedWhenDrawn()) { return byBounds(); }
         return depthsOfPatches(leaf, *drawable.getAsset(), matrix).apply(visitor);
     default:
         if (leaf.placements().set.valid()) {
             return depthsOfPlacements(leaf, drawable.getGpuAsset()->bounds(), matrix).apply(visitor);
         }
-        return !bounds.valid() || visitor.updateCalculatedNearFar(matrix, bounds);
+        return byBounds();
     }
 }
 

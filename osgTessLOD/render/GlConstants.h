@@ -23,6 +23,9 @@
 #ifndef GL_RG32UI
 #define GL_RG32UI 0x823C
 #endif
+#ifndef GL_RGBA32UI
+#define GL_RGBA32UI 0x8D70
+#endif
 #ifndef GL_TRANSFORM_FEEDBACK_BUFFER
 #define GL_TRANSFORM_FEEDBACK_BUFFER 0x8C8E
 #endif

@@ -2,8 +2,10 @@
 #include <osgTessLOD/render/GpuAsset.h>
 
 #include <osgTessLOD/render/AssetPages.h>
+#include <osgTessLOD/render/BackendChoice.h>
 #include <osgTessLOD/render/DrawContext.h>
 #include <osgTessLOD/render/PatchPrograms.h>
+#include <osgTessLOD/render/ShaderSelection.h>
 
 #include <osg/Notify>
 
@@ -55,6 +57,18 @@ const AssetPages* GpuAsset::pagesFor(osg::State& state) const
     return &pagesWithin(std::min(context.maxTextureBufferTexels(), kPageTexels));
 }
 
+const ShaderSelection* GpuAsset::shaderSelectionFor(osg::State& state) const
+{
+    const AssetPages* pages = pagesFor(state);
+    const PatchBlocks& blocks = _selector.blocks();
+    if (pages == nullptr || pages->pages().size() != 1) { return nullptr; }
+    if (ShaderSelection::texelCount(blocks) > DrawContext::of(state).maxTextureBufferTexels()) { return nullptr; }
+    if (chooseBackend(state, *this, Backend::Tessellation) != Backend::Tessellation) { return nullptr; }
+    const std::lock_guard<std::mutex> lock(_pagesMutex);
+    if (!_shaderSelection.valid()) { _shaderSelection = new ShaderSelection(blocks); }
+    return _shaderSelection.get();
+}
+
 osg::ref_ptr<SurfaceProxy> GpuAsset::proxy(const PickingOptions& options) const
 {
     const unsigned level = SurfaceProxy::levelFor(_selector, _asset->levels.size(), options);
@@ -91,6 +105,7 @@ void GpuAsset::releaseGLObjects(osg::State* state) const
     {
         const std::lock_guard<std::mutex> lock(_pagesMutex);
         for (const auto& [limit, pages] : _pages) { pages->releaseGLObjects(state); }
+        if (_shaderSelection.valid()) { _shaderSelection->releaseGLObjects(state); }
     }
     if (state != nullptr) { DrawContext::release(*state); }
 }
@@ -100,6 +115,7 @@ void GpuAsset::resizeGLObjectBuffers(unsigned maxSize)
     _programs->resizeGLObjectBuffers(maxSize);
     const std::lock_guard<std::mutex> lock(_pagesMutex);
     for (const auto& [limit, pages] : _pages) { pages->resizeGLObjectBuffers(maxSize); }
+    if (_shaderSelection.valid()) { _shaderSelection->resizeGLObjectBuffers(maxSize); }
 }
 
 } // namespace osgTessLOD

@@ -21,6 +21,7 @@ namespace osgTessLOD {
 
 class AssetPages;
 class PatchPrograms;
+class ShaderSelection;
 
 /// An asset made ready for drawing: what all drawables, copies and selections of it share. Holds the asset, its pages and the
 /// programs that draw them, and its selector. Immutable but for OSG's own per-context GL objects and pages that are made when a
@@ -46,6 +47,10 @@ public:
     /// if it cannot draw the asset; says why not, once per asset.
     const AssetPages* pagesFor(osg::State& state) const;
 
+    /// What the control shader selects from in the context of `state`, which must be current. Made when first asked for; null
+    /// where it cannot select there.
+    const ShaderSelection* shaderSelectionFor(osg::State& state) const;
+
     /// The surface at one level as triangles. Made when first asked for, kept as long as somebody holds it; any thread.
     osg::ref_ptr<SurfaceProxy> proxy(const PickingOptions& options) const;
 
@@ -67,8 +72,9 @@ private:
     osg::BoundingBox _bounds;
     osg::ref_ptr<PatchPrograms> _programs;
     osg::ref_ptr<osg::StateSet> _sortState;
-    mutable std::mutex _pagesMutex;
+    mutable std::mutex _pagesMutex;                                  ///< of what follows
     mutable std::map<std::int64_t, osg::ref_ptr<AssetPages>> _pages; ///< by their limit
+    mutable osg::ref_ptr<ShaderSelection> _shaderSelection;
     mutable std::atomic<bool> _warned{false};
     mutable std::mutex _proxyMutex;
     mutable std::map<unsigned, osg::observer_ptr<SurfaceProxy>> _proxies; ///< by level

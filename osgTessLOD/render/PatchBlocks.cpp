@@ -98,6 +98,14 @@ unsigned PatchBlocks::lanesOf(std::uint32_t block) const
     return after >= kLanes ? (1U << kLanes) - 1 : (1U << after) - 1;
 }
 
+osg::Vec4d PatchBlocks::planeInUnits(osg::Plane plane) const
+{
+    plane.makeUnitLength();
+    osg::Vec4d p = plane.asVec4();
+    p.w() *= _unitsPerLength;
+    return p;
+}
+
 void PatchBlocks::placePatches(const LodAsset& asset, const std::vector<std::uint32_t>& order)
 {
     const MorphedSurface surface(asset);

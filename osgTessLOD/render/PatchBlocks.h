@@ -4,6 +4,9 @@
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/render/LevelNeedKernel.h>
 
+#include <osg/Plane>
+#include <osg/Vec4d>
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -29,6 +32,10 @@ public:
     unsigned lanesOf(std::uint32_t block) const;
     /// Of ours, in one of the asset's.
     double unitsPerLength() const { return _unitsPerLength; }
+
+    std::size_t levelCount() const { return _levelCount; }
+    /// n, d of n · p + d ≥ 0 with n of unit length.
+    osg::Vec4d planeInUnits(osg::Plane plane) const;
 
     const kernel::Spheres& spheres(std::uint32_t block) const { return _spheres[block]; }
     /// The middles of the borders, side 0, 1, 2.

@@ -3,7 +3,9 @@
 
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/DrawContext.h>
+#include <osgTessLOD/render/ShaderSelection.h>
 
+#include <osg/BufferObject>
 #include <osg/GLExtensions>
 
 namespace osgTessLOD {
@@ -15,27 +17,83 @@ static_assert(sizeof(PatchRecord) == 16, "the shaders read records as uvec4");
 constexpr GLuint kRecordAttribute = 0;
 constexpr GLuint kPlacementAttribute = 1;
 
-/// A record is a patch of one vertex; the tessellator makes the others.
-class TessellationDraw : public PatchDraw {
+/// A vertex is a patch; the tessellator makes the others.
+void drawVertices(std::size_t first, std::size_t count)
+{
+    glDrawArrays(GL_PATCHES, static_cast<GLint>(first), static_cast<GLsizei>(count));
+}
+
+/// The records are in a buffer that this draw fills.
+class RecordsDraw : public PatchDraw {
+public:
+    RecordsDraw(osg::State& state, const DrawnRecords& records)
+        : PatchDraw(state)
+        , _recordBytes(records.records.size() * sizeof(PatchRecord))
+        , _arePlaced(!records.placements.empty())
+    {
+        DrawContext::of(state).bindStream(state,
+                                          {{records.records.data(), _recordBytes},
+                                           {records.placements.data(), records.placements.size() * sizeof(GLuint)}});
+        if (_arePlaced) { state.get<osg::GLExtensions>()->glEnableVertexAttribArray(kPlacementAttribute); }
+    }
+    ~RecordsDraw() override
+    {
+        if (_arePlaced) { state().get<osg::GLExtensions>()->glDisableVertexAttribArray(kPlacementAttribute); }
+    }
+
+protected:
+    /// Has the records from `first` on be vertex attribute 0, and their placements attribute 1.
+    void pointAt(std::size_t first)
+    {
+        const auto* gl = state().get<osg::GLExtensions>();
+        const auto* start = reinterpret_cast<const GLvoid*>(first * sizeof(PatchRecord));
+        gl->glVertexAttribIPointer(kRecordAttribute, 4, GL_UNSIGNED_INT, sizeof(PatchRecord), start);
+        if (!_arePlaced) { return; }
+        const auto* placements = reinterpret_cast<const GLvoid*>(_recordBytes + first * sizeof(GLuint));
+        gl->glVertexAttribIPointer(kPlacementAttribute, 1, GL_UNSIGNED_INT, sizeof(GLuint), placements);
+    }
+    bool arePlaced() const { return _arePlaced; }
+
+private:
+    std::size_t _recordBytes;
+    bool _arePlaced;
+};
+
+class TessellationDraw : public RecordsDraw {
 public:
     TessellationDraw(osg::State& state, const DrawnRecords& records)
-        : PatchDraw(state, records)
+        : RecordsDraw(state, records)
     {
         pointAt(0);
     }
 
 private:
-    void drawRecords(std::size_t first, std::size_t count, unsigned) override
+    void drawRecords(std::size_t first, std::size_t count, unsigned) override { drawVertices(first, count); }
+};
+
+/// The records are numbers of patches in a buffer of the asset's: the control shader finds the levels.
+class SelectingDraw : public PatchDraw {
+public:
+    SelectingDraw(osg::State& state, const ShaderSelection& selection)
+        : PatchDraw(state)
     {
-        glDrawArrays(GL_PATCHES, static_cast<GLint>(first), static_cast<GLsizei>(count));
+        const osg::BufferObject& buffer = *selection.patches().getBufferObject();
+        osg::GLBufferObject* object = buffer.getOrCreateGLBufferObject(state.getContextID());
+        if (object->isDirty()) { object->compileBuffer(); }
+        object->bindBuffer();
+        state.get<osg::GLExtensions>()->glVertexAttribIPointer(kRecordAttribute, 1, GL_UNSIGNED_INT, sizeof(GLuint),
+                                                               nullptr);
     }
+
+private:
+    void drawRecords(std::size_t first, std::size_t count, unsigned) override { drawVertices(first, count); }
 };
 
 /// A record is an instance of the pattern's triangles.
-class InstancedDraw : public PatchDraw {
+class InstancedDraw : public RecordsDraw {
 public:
     InstancedDraw(osg::State& state, const DrawnRecords& records)
-        : PatchDraw(state, records)
+        : RecordsDraw(state, records)
         , _gl(*state.get<osg::GLExtensions>())
     {
         setDivisor(1);
@@ -68,25 +126,22 @@ std::unique_ptr<PatchDraw> PatchDraw::make(Backend backend, osg::State& state, c
     return std::make_unique<InstancedDraw>(state, records);
 }
 
-PatchDraw::PatchDraw(osg::State& state, const DrawnRecords& records)
-    : _state(state)
-    , _recordBytes(records.records.size() * sizeof(PatchRecord))
-    , _arePlaced(!records.placements.empty())
+std::unique_ptr<PatchDraw> PatchDraw::make(osg::State& state, const ShaderSelection& selection)
 {
-    const auto* gl = state.get<osg::GLExtensions>();
+    return std::make_unique<SelectingDraw>(state, selection);
+}
+
+PatchDraw::PatchDraw(osg::State& state)
+    : _state(state)
+{
     state.lazyDisablingOfVertexAttributes();
     state.applyDisablingOfVertexAttributes();
-    DrawContext::of(state).bindStream(state, {{records.records.data(), _recordBytes},
-                                              {records.placements.data(), records.placements.size() * sizeof(GLuint)}});
-    gl->glEnableVertexAttribArray(kRecordAttribute);
-    if (_arePlaced) { gl->glEnableVertexAttribArray(kPlacementAttribute); }
+    state.get<osg::GLExtensions>()->glEnableVertexAttribArray(kRecordAttribute);
 }
 
 PatchDraw::~PatchDraw()
 {
-    const auto* gl = _state.get<osg::GLExtensions>();
-    gl->glDisableVertexAttribArray(kRecordAttribute);
-    if (_arePlaced) { gl->glDisableVertexAttribArray(kPlacementAttribute); }
+    _state.get<osg::GLExtensions>()->glDisableVertexAttribArray(kRecordAttribute);
     DrawContext::unbind(_state);
 }
 
@@ -94,16 +149,6 @@ void PatchDraw::draw(std::size_t first, std::size_t count, unsigned factor)
 {
     drawRecords(first, count, factor);
     DrawContext::of(_state).countDrawCall();
-}
-
-void PatchDraw::pointAt(std::size_t first)
-{
-    const auto* gl = _state.get<osg::GLExtensions>();
-    const auto* start = reinterpret_cast<const GLvoid*>(first * sizeof(PatchRecord));
-    gl->glVertexAttribIPointer(kRecordAttribute, 4, GL_UNSIGNED_INT, sizeof(PatchRecord), start);
-    if (!_arePlaced) { return; }
-    const auto* placements = reinterpret_cast<const GLvoid*>(_recordBytes + first * sizeof(GLuint));
-    gl->glVertexAttribIPointer(kPlacementAttribute, 1, GL_UNSIGNED_INT, sizeof(GLuint), placements);
 }
 
 } // namespace osgTessLOD

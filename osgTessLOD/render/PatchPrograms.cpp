@@ -28,7 +28,7 @@ osg::ref_ptr<osg::Program> makeVertexStages(Backend backend)
         return program;
     }
     program->addShader(createShader(osg::Shader::VERTEX, "tesslod_patch.vert", {}).get());
-    program->addShader(createShader(osg::Shader::TESSCONTROL, "tesslod_patch.tctrl", {}).get());
+    program->addShader(createShader(osg::Shader::TESSCONTROL, "tesslod_patch.tctrl", {"tesslod_need.glsl"}).get());
     program->addShader(
         createShader(osg::Shader::TESSEVALUATION, "tesslod_patch.teval",
                      {"tesslod_pattern.glsl", "tesslod_surface.glsl", "tesslod_placement.glsl", "tesslod_vertex.glsl"})

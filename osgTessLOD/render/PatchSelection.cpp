@@ -9,6 +9,7 @@
 #include <osgTessLOD/render/GpuAsset.h>
 #include <osgTessLOD/render/PatchDraw.h>
 #include <osgTessLOD/render/PatchPrograms.h>
+#include <osgTessLOD/render/ShaderSelection.h>
 #include <osgTessLOD/render/TransformFeedback.h>
 
 #include <osg/Notify>
@@ -39,6 +40,7 @@ void SelectionStatistics::add(const SelectionStatistics& other)
     patches += other.patches;
     culledPatches += other.culledPatches;
     saturatedPatches += other.saturatedPatches;
+    isUpperBound = isUpperBound || other.isUpperBound;
     triangles += other.triangles;
     patchesByLevel.resize(std::max(patchesByLevel.size(), other.patchesByLevel.size()), 0);
     for (std::size_t k = 0; k < other.patchesByLevel.size(); ++k) { patchesByLevel[k] += other.patchesByLevel[k]; }
@@ -63,6 +65,21 @@ PatchSelection::PatchSelection(const GpuAsset* asset, PatchRecords records, Sele
     _backend = backend;
 }
 
+PatchSelection::PatchSelection(const GpuAsset* asset, SelectionRequest request)
+    : PatchSelection()
+{
+    const PatchSelector& selector = asset->selector();
+    const auto finest = static_cast<unsigned>(selector.kernelView(request.view, request.options).top);
+    _asset = asset;
+    _records = selector.uniformRecords(finest);
+    _statistics = selector.uniformStatistics(finest);
+    _statistics.isUpperBound = true;
+    _view = request.view;
+    _backend = request.options.backend;
+    _viewState = ShaderSelection::viewState(selector, request);
+    _request = std::make_shared<const SelectionRequest>(std::move(request));
+}
+
 PatchSelection::PatchSelection(const PatchSelection& other, const osg::CopyOp& copyop)
     : osg::Drawable(other, copyop)
     , _asset(other._asset)
@@ -71,6 +88,8 @@ PatchSelection::PatchSelection(const PatchSelection& other, const osg::CopyOp& c
     , _statistics(other._statistics)
     , _view(other._view)
     , _backend(other._backend)
+    , _request(other._request)
+    , _viewState(other._viewState)
 {
 }
 
@@ -80,6 +99,30 @@ osg::BoundingBox PatchSelection::computeBoundingBox() const
 {
     if (!_asset.valid()) { return {}; }
     return _placements.set.valid() ? _placements.set->bounds() : _asset->bounds();
+}
+
+const ShaderSelection* PatchSelection::shaderSelectionFor(osg::State& state) const
+{
+    if (_request == nullptr || _backend == Backend::Instanced) { return nullptr; }
+    return _asset->shaderSelectionFor(state);
+}
+
+/// Itself, or what PatchSelector selects in its place where the control shader cannot select.
+osg::ref_ptr<const PatchSelection> PatchSelection::asDrawnIn(osg::State& state) const
+{
+    if (_request == nullptr || shaderSelectionFor(state) != nullptr) { return this; }
+    PatchSelector::Result selected =
+        _asset->selector().select(_request->view, _request->options, _request->frustum, _request->faces);
+    return new PatchSelection(_asset.get(), std::move(selected.records), std::move(selected.statistics), _view,
+                              _backend);
+}
+
+/// What to draw with beside the program and a page's state.
+std::vector<const osg::StateSet*> PatchSelection::moreStates(osg::State& state) const
+{
+    if (_placements.set.valid()) { return {_placements.set->state()}; }
+    if (const ShaderSelection* selection = shaderSelectionFor(state)) { return {selection->state(), _viewState.get()}; }
+    return {};
 }
 
 /// Calls draw(records) for the records of each page, with the page's state and the program's applied.
@@ -100,8 +143,9 @@ void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, cons
             if (_placements.set.valid()) { page.placements.push_back(_placements.numbers[k]); }
         }
     }
+    const std::vector<const osg::StateSet*> more = moreStates(state);
     state.pushStateSet(&program);
-    if (_placements.set.valid()) { state.pushStateSet(_placements.set->state()); }
+    for (const osg::StateSet* set : more) { state.pushStateSet(set); }
     for (std::size_t page = 0; page < pages.pages().size(); ++page) {
         const DrawnRecords records =
             byPage.empty() ? DrawnRecords{_records, _placements.numbers}
@@ -116,7 +160,7 @@ void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, cons
         }
         state.popStateSet();
     }
-    if (_placements.set.valid()) { state.popStateSet(); }
+    for (std::size_t k = 0; k < more.size(); ++k) { state.popStateSet(); }
     state.popStateSet();
     state.apply();
 }
@@ -138,11 +182,19 @@ void PatchSelection::forEachDraw(const PatchRecords& records, std::uint64_t vert
     }
 }
 
+std::unique_ptr<PatchDraw> PatchSelection::makeDraw(Backend backend, osg::State& state,
+                                                    const DrawnRecords& records) const
+{
+    const ShaderSelection* selection = shaderSelectionFor(state);
+    return selection != nullptr ? PatchDraw::make(state, *selection) : PatchDraw::make(backend, state, records);
+}
+
 std::optional<Backend> PatchSelection::backend(osg::RenderInfo& renderInfo) const
 {
     osg::State& state = *renderInfo.getState();
     if (!_asset.valid() || _asset->pagesFor(state) == nullptr) { return std::nullopt; }
     if (_placements.set.valid() && !_placements.set->fits(state)) { return std::nullopt; }
+    if (shaderSelectionFor(state) != nullptr) { return Backend::Tessellation; }
     return chooseBackend(state, *_asset, _backend);
 }
 
@@ -152,8 +204,13 @@ void PatchSelection::drawImplementation(osg::RenderInfo& renderInfo) const
     const std::optional<Backend> backend = this->backend(renderInfo);
     if (!backend) { return; }
     osg::State& state = *renderInfo.getState();
+    const osg::ref_ptr<const PatchSelection> drawn = asDrawnIn(state);
+    if (drawn != this) {
+        drawn->drawImplementation(renderInfo);
+        return;
+    }
     forEachPage(state, *_asset->programs().draw(*backend, state), [&](const DrawnRecords& records) {
-        const std::unique_ptr<PatchDraw> patches = PatchDraw::make(*backend, state, records);
+        const std::unique_ptr<PatchDraw> patches = makeDraw(*backend, state, records);
         forEachDraw(
             records.records, DrawContext::of(state).verticesPerDraw(*backend),
             [&](std::size_t first, std::size_t count, unsigned factor) { patches->draw(first, count, factor); });
@@ -168,15 +225,17 @@ std::vector<osg::Vec3f> PatchSelection::capture(osg::RenderInfo& renderInfo, con
     const std::optional<Backend> backend = this->backend(renderInfo);
     if (!backend) { return corners; }
     osg::State& state = *renderInfo.getState();
+    const osg::ref_ptr<const PatchSelection> drawn = asDrawnIn(state);
+    if (drawn != this) { return drawn->capture(renderInfo, varying); }
     const osg::ref_ptr<osg::StateSet> program = _asset->programs().capture(*backend, varying);
     forEachPage(state, *program, [&](const DrawnRecords& records) {
-        const std::unique_ptr<PatchDraw> patches = PatchDraw::make(*backend, state, records);
+        const std::unique_ptr<PatchDraw> patches = makeDraw(*backend, state, records);
         TransformFeedback feedback(state);
         const auto captureDraw = [&](std::size_t first, std::size_t count, unsigned factor) {
             std::vector<Triangle> triangles(count * TessellationPattern::triangleCount(factor));
             const std::size_t captured =
                 feedback.capture(triangles.data(), triangles.size(), [&] { patches->draw(first, count, factor); });
-            if (captured != triangles.size()) {
+            if (captured != triangles.size() && !isSelectedWhenDrawn()) {
                 OSG_WARN << "PatchSelection::capture: " << triangles.size() << " triangles expected, " << captured
                          << " captured" << std::endl;
             }

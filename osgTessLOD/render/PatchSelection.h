@@ -12,6 +12,7 @@
 #include <osg/Matrixd>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,10 @@
 namespace osgTessLOD {
 
 class GpuAsset;
+class PatchDraw;
+class ShaderSelection;
+struct DrawnRecords;
+struct SelectionRequest;
 
 /// Where records are drawn: the number of each one's placement in a set. Without a set, in the drawable's own space.
 struct RecordPlacements {
@@ -35,12 +40,17 @@ public:
     /// level may be above its edge's finest. See PatchSelector. `asset` is not null; placements are as many as records, or none.
     PatchSelection(const GpuAsset* asset, PatchRecords records, SelectionStatistics statistics,
                    const SelectionView& view, Backend backend = Backend::Auto, RecordPlacements placements = {});
+    /// Has the control shader select when it is drawn, or PatchSelector, then, in contexts where the shader cannot. Records and
+    /// statistics have all patches at the finest level that they may be drawn with.
+    PatchSelection(const GpuAsset* asset, SelectionRequest request);
     PatchSelection(const PatchSelection& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
     META_Object(osgTessLOD, PatchSelection)
 
     const PatchRecords& records() const { return _records; }
     const RecordPlacements& placements() const { return _placements; }
     const SelectionStatistics& statistics() const { return _statistics; }
+    /// Is the selection up to the time of the draw?
+    bool isSelectedWhenDrawn() const { return _request != nullptr; }
     const SelectionView& view() const { return _view; }
     /// What draws it in the context of `renderInfo`, which must be current: never Auto; nothing if the context cannot draw it.
     std::optional<Backend> backend(osg::RenderInfo& renderInfo) const;
@@ -48,7 +58,7 @@ public:
     osg::BoundingBox computeBoundingBox() const override;
     void drawImplementation(osg::RenderInfo& renderInfo) const override;
     using osg::Drawable::accept;
-    /// Reports how many triangles are drawn, to osgUtil's statistics; has no vertices to give.
+    /// Reports how many triangles are drawn, or may be, to osgUtil's statistics; has no vertices to give.
     void accept(osg::PrimitiveFunctor& functor) const override;
     bool supports(const osg::PrimitiveFunctor&) const override { return true; }
 
@@ -63,6 +73,10 @@ protected:
     ~PatchSelection() override;
 
 private:
+    const ShaderSelection* shaderSelectionFor(osg::State& state) const;
+    osg::ref_ptr<const PatchSelection> asDrawnIn(osg::State& state) const;
+    std::vector<const osg::StateSet*> moreStates(osg::State& state) const;
+    std::unique_ptr<PatchDraw> makeDraw(Backend backend, osg::State& state, const DrawnRecords& records) const;
     template <typename Draw> void forEachPage(osg::State& state, osg::StateSet& program, const Draw& draw) const;
     template <typename Draw>
     void forEachDraw(const PatchRecords& records, std::uint64_t verticesPerDraw, const Draw& draw) const;
@@ -73,6 +87,8 @@ private:
     SelectionStatistics _statistics;
     SelectionView _view;
     Backend _backend = Backend::Auto; ///< asked for
+    std::shared_ptr<const SelectionRequest> _request; ///< what is to be selected when it is drawn; null: nothing
+    osg::ref_ptr<const osg::StateSet> _viewState;     ///< what the control shader selects by; null without a request
 };
 
 /// Told of each selection as it is made, during cull traversals: implementations must be thread safe and quick.

@@ -194,11 +194,9 @@ private:
     void setFrustum(const std::vector<osg::Plane>& frustum)
     {
         constexpr std::size_t kMostPlanes = 32; // bits of an unsigned
-        for (osg::Plane plane : frustum) {
+        for (const osg::Plane& plane : frustum) {
             if (_planes.size() == kMostPlanes) { break; }
-            plane.makeUnitLength();
-            const osg::Vec4d p = plane.asVec4();
-            _planes.push_back({p.x(), p.y(), p.z(), p.w() * _blocks.unitsPerLength()});
+            _planes.push_back(_blocks.planeInUnits(plane));
             std::array<float, 4>& rounded = _roundedPlanes.emplace_back();
             for (int k = 0; k < 4; ++k) { rounded[static_cast<std::size_t>(k)] = static_cast<float>(_planes.back()[k]); }
         }
@@ -240,17 +238,12 @@ private:
         if (_faces != CulledFaces::None && level > 0.0F) { return std::nullopt; }
         Result result;
         result.records = _selector.uniformRecords(static_cast<unsigned>(level));
-        SelectionStatistics& statistics = result.statistics;
-        statistics.patches = _blocks.patchCount();
-        statistics.patchesByLevel.assign(_selector._ladder.size(), 0);
+        result.statistics = _selector.uniformStatistics(static_cast<unsigned>(level));
         for (std::size_t reach = 0; reach < _blocks.patchesByReach().size(); ++reach) {
-            const auto drawn = std::min(static_cast<std::size_t>(level), reach);
-            statistics.patchesByLevel[drawn] += _blocks.patchesByReach()[reach];
             if (isSaturated(range.least, static_cast<unsigned>(reach))) {
-                statistics.saturatedPatches += _blocks.patchesByReach()[reach];
+                result.statistics.saturatedPatches += _blocks.patchesByReach()[reach];
             }
         }
-        statistics.triangles = triangleCount(statistics.patchesByLevel, _selector._ladder);
         return result;
     }
 
@@ -469,6 +462,23 @@ SelectionStatistics PatchSelector::statisticsOf(const PatchRecords& records) con
     statistics.patchesByLevel.assign(_ladder.size(), 0);
     for (const PatchRecord& record : records) {
         ++statistics.patchesByLevel[MorphedSurface::drawnLevel(record.edgeLevels)];
+    }
+    statistics.triangles = triangleCount(statistics.patchesByLevel, _ladder);
+    return statistics;
+}
+
+kernel::View PatchSelector::kernelView(const SelectionView& view, const SelectionOptions& options) const
+{
+    return LevelNeed(view, options, _ladder.size(), capOf(options), _blocks.unitsPerLength()).kernelView();
+}
+
+SelectionStatistics PatchSelector::uniformStatistics(unsigned level) const
+{
+    SelectionStatistics statistics;
+    statistics.patches = _blocks.patchCount();
+    statistics.patchesByLevel.assign(_ladder.size(), 0);
+    for (std::size_t reach = 0; reach < _blocks.patchesByReach().size(); ++reach) {
+        statistics.patchesByLevel[std::min<std::size_t>(level, reach)] += _blocks.patchesByReach()[reach];
     }
     statistics.triangles = triangleCount(statistics.patchesByLevel, _ladder);
     return statistics;

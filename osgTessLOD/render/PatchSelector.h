@@ -64,8 +64,14 @@ public:
     /// Sums up hand-made records: everything but culled and saturated patches.
     SelectionStatistics statisticsOf(const PatchRecords& records) const;
 
+    /// What selections compute with.
+    const PatchBlocks& blocks() const { return _blocks; }
+    kernel::View kernelView(const SelectionView& view, const SelectionOptions& options) const;
+
     /// Records of all patches with all edges at one level, or at their finest where that is coarser. Made when first asked for.
     PatchRecords uniformRecords(unsigned level) const;
+    /// Of these.
+    SelectionStatistics uniformStatistics(unsigned level) const;
 
 private:
     class Visit;

@@ -73,6 +73,13 @@ std::optional<SelectionOptions::Bound> boundNamed(const std::string& name)
     return std::nullopt;
 }
 
+std::optional<SelectionOptions::Selector> selectorNamed(const std::string& name)
+{
+    if (name == "cpu") { return SelectionOptions::Selector::Cpu; }
+    if (name == "gpu") { return SelectionOptions::Selector::Gpu; }
+    return std::nullopt;
+}
+
 std::optional<Backend> backendNamed(const std::string& name)
 {
     for (const Backend backend : {Backend::Auto, Backend::Tessellation, Backend::Instanced}) {
@@ -106,6 +113,10 @@ const std::vector<SelectionOption>& selectionOptionTable()
          [](const Options& o) -> Text {
              return o.bound == Options::Bound::Conservative ? "conservative" : "first-order";
          }},
+        {"selection", "cpu|gpu",
+         "Select levels in the cull traversal, which is the default, or in the control shader where that can be",
+         [](const Text& text, Options& options) { return readNamed(selectorNamed, text, options.selector); },
+         [](const Options& o) -> Text { return o.selector == Options::Selector::Cpu ? "cpu" : "gpu"; }},
         {"backend", "auto|tessellation|instanced",
          "Draw with tessellation shaders or an instance per patch; auto, the default, tries which is faster",
          [](const Text& text, Options& options) { return readNamed(backendNamed, text, options.backend); },

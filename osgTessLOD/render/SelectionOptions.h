@@ -30,20 +30,30 @@ struct SelectionOptions {
         FirstOrder ///< as Lambert §2.4: direction and distance at the middle of each border stand for all of it
     };
 
+    /// What selects.
+    enum class Selector {
+        Cpu, ///< the cull traversal, which leaves out what is not seen
+        /// The control shader, patch by patch, whatever is in view: the cull traversal only tests the drawable's box. Where a
+        /// context cannot do that, or `backend` is Instanced, the CPU selects: see ShaderSelection.
+        Gpu
+    };
+
     double errorPixels = 1.0; ///< largest error asked for, in pixels of the viewport (> 0)
     Metric metric = Metric::View;
     Bound bound = Bound::Conservative;
     bool cullPatches = true;  ///< leave out patches outside the view frustum
     unsigned maxFactor = 64;  ///< coarsest allowed cap: levels of larger factors are never selected
     Backend backend = Backend::Auto; ///< where a context cannot do what is asked for, the other one draws
+    Selector selector = Selector::Cpu;
     bool frozen = false;      ///< use `frozenView` instead of the camera's
     SelectionView frozenView;
 };
 
-/// "view", "isotropic"; "conservative", "first-order"; "auto", "tessellation", "instanced": as command lines and files name
-/// them. Nothing for other names.
+/// "view", "isotropic"; "conservative", "first-order"; "cpu", "gpu"; "auto", "tessellation", "instanced": as command lines and files
+/// name them. Nothing for other names.
 OSGTESSLOD_EXPORT std::optional<SelectionOptions::Metric> metricNamed(const std::string& name);
 OSGTESSLOD_EXPORT std::optional<SelectionOptions::Bound> boundNamed(const std::string& name);
+OSGTESSLOD_EXPORT std::optional<SelectionOptions::Selector> selectorNamed(const std::string& name);
 OSGTESSLOD_EXPORT std::optional<Backend> backendNamed(const std::string& name);
 OSGTESSLOD_EXPORT const char* nameOf(Backend backend);
 

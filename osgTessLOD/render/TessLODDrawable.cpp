@@ -6,6 +6,7 @@
 #include <osgTessLOD/render/IntersectionAccess.h>
 #include <osgTessLOD/render/PatchCullCallback.h>
 #include <osgTessLOD/render/PatchSelection.h>
+#include <osgTessLOD/render/ShaderSelection.h>
 
 #include <osg/State>
 
@@ -109,9 +110,24 @@ void TessLODDrawable::drawImplementation(osg::RenderInfo& renderInfo) const
     if (_gpuAsset.valid()) { selectUniform(0)->drawImplementation(renderInfo); }
 }
 
+bool TessLODDrawable::selectsWhenDrawn() const
+{
+    return _options.selector == SelectionOptions::Selector::Gpu && _options.backend != Backend::Instanced;
+}
+
+const osg::StateSet* TessLODDrawable::moreState(osg::State& state) const
+{
+    const ShaderSelection* selection = selectsWhenDrawn() ? _gpuAsset->shaderSelectionFor(state) : nullptr;
+    return selection != nullptr ? selection->state() : nullptr;
+}
+
 osg::ref_ptr<PatchSelection> TessLODDrawable::select(const CullView& view) const
 {
     const SelectionView selectionView = view.view();
+    if (selectsWhenDrawn()) {
+        return new PatchSelection(_gpuAsset.get(),
+                                  {selectionView, _options, view.frustum(), view.culledFaces(selectionView)});
+    }
     PatchSelector::Result selected = _gpuAsset->selector().select(selectionView, _options, view.frustum(),
                                                                   view.culledFaces(selectionView));
     return new PatchSelection(_gpuAsset.get(), std::move(selected.records), std::move(selected.statistics),
@@ -191,7 +207,9 @@ void TessLODDrawable::accept(ConstAttributeFunctor& functor) const
 void TessLODDrawable::compileGLObjects(osg::RenderInfo& renderInfo) const
 {
     osg::Drawable::compileGLObjects(renderInfo);
-    if (_gpuAsset.valid()) { _gpuAsset->compileGLObjects(*renderInfo.getState(), moreState()); }
+    if (!_gpuAsset.valid()) { return; }
+    osg::State& state = *renderInfo.getState();
+    _gpuAsset->compileGLObjects(state, moreState(state));
 }
 
 void TessLODDrawable::releaseGLObjects(osg::State* state) const

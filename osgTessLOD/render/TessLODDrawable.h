@@ -20,7 +20,8 @@ class PatchSelection;
 class SelectionObserver;
 
 /// Draws a LodAsset: in every cull visit its PatchCullCallback selects, per patch border, the level whose error on
-/// screen is at most options().errorPixels, and adds an immutable PatchSelection drawable of what is visible.
+/// screen is at most options().errorPixels, and adds an immutable PatchSelection drawable of what is visible. Or it leaves
+/// that to the control shader: SelectionOptions::Selector.
 ///
 /// Sharing: copies (shallow or deep) and several parents share the asset and its GL objects. Options belong to each
 /// drawable; change them between frames (in update or event traversal), never while cull traversals run.
@@ -87,10 +88,13 @@ protected:
     /// Called when the asset, or what is shown of it, is another. Extend it.
     virtual void surfaceChanged();
     virtual void dropPickingSurface();
-    /// What selections are drawn with beside the asset's own state; null: nothing.
-    virtual const osg::StateSet* moreState() const { return nullptr; }
+    /// What selections are drawn with in the context of `state`, which is current, beside the asset's own state; null: nothing. There
+    /// is an asset.
+    virtual const osg::StateSet* moreState(osg::State& state) const;
 
 private:
+    bool selectsWhenDrawn() const;
+
     std::shared_ptr<const LodAsset> _asset;
     osg::ref_ptr<GpuAsset> _gpuAsset;
     osg::ref_ptr<SelectionObserver> _observer;

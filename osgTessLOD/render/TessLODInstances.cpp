@@ -224,7 +224,7 @@ void TessLODInstances::intersectPlacements(osgUtil::IntersectionVisitor& visitor
 
 // --------------------------------------------------------------------------------------------------- GL objects ---
 
-const osg::StateSet* TessLODInstances::moreState() const
+const osg::StateSet* TessLODInstances::moreState(osg::State&) const
 {
     return _placements->state();
 }

@@ -53,7 +53,7 @@ protected:
     osg::ref_ptr<SurfaceProxy> makePickingSurface() const override;
     void surfaceChanged() override;
     void dropPickingSurface() override;
-    const osg::StateSet* moreState() const override;
+    const osg::StateSet* moreState(osg::State& state) const override;
 
 private:
     osg::ref_ptr<TessLODDrawable> pickedDrawable();

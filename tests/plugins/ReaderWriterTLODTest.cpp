@@ -237,16 +237,18 @@ TEST(ReaderWriterTLOD, TakesOptions)
     EXPECT_EQ(plain->getOptions().maxFactor, SelectionOptions().maxFactor);
     EXPECT_EQ(plain->getOptions().metric, SelectionOptions::Metric::View);
     EXPECT_EQ(plain->getOptions().bound, SelectionOptions::Bound::Conservative);
+    EXPECT_EQ(plain->getOptions().selector, SelectionOptions::Selector::Cpu);
     EXPECT_EQ(plain->getOptions().backend, Backend::Auto);
     EXPECT_GT(plain->getAsset()->normals.resolution, 0U);
 
     const osg::ref_ptr<TessLODDrawable> set = readWith("errorPixels=2.5 maxFactor=8 metric=isotropic bound=first-order "
-                                                       "backend=instanced cullPatches=false noTextures");
+                                                       "selection=gpu backend=instanced cullPatches=false noTextures");
     ASSERT_TRUE(set);
     EXPECT_EQ(set->getOptions().errorPixels, 2.5);
     EXPECT_EQ(set->getOptions().maxFactor, 8U);
     EXPECT_EQ(set->getOptions().metric, SelectionOptions::Metric::Isotropic);
     EXPECT_EQ(set->getOptions().bound, SelectionOptions::Bound::FirstOrder);
+    EXPECT_EQ(set->getOptions().selector, SelectionOptions::Selector::Gpu);
     EXPECT_EQ(set->getOptions().backend, Backend::Instanced);
     EXPECT_FALSE(set->getOptions().cullPatches);
     EXPECT_EQ(set->getAsset()->normals.resolution, 0U);
@@ -287,7 +289,7 @@ TEST(ReaderWriterTLOD, RefusesMalformedOptions)
     writeTlod(folder.file("x.tlod"), makeSyntheticAsset());
     for (const char* option :
          {"errorPixels=fine", "errorPixels=0", "errorPixels=-1", "errorPixels=nan", "errorPixels=1e999", "maxFactor=8x",
-          "maxFactor=0", "metric=best", "bound=firstorder", "backend=gl", "cullPatches=maybe"}) {
+          "maxFactor=0", "metric=best", "bound=firstorder", "selection=both", "backend=gl", "cullPatches=maybe"}) {
         const ReadResult result = read(folder.file("x.tlod"), option);
         EXPECT_EQ(result.status(), ReadResult::ERROR_IN_READING_FILE) << option;
         EXPECT_NE(result.message().find(option), std::string::npos) << result.message();
@@ -299,8 +301,8 @@ TEST(ReaderWriterTLOD, DeclaresWhatItHandles)
     EXPECT_EQ(plugin().supportedExtensions().count("tlod"), 1U);
     std::string declared;
     for (const auto& [option, purpose] : plugin().supportedOptions()) { declared += option + " "; }
-    for (const char* option :
-         {"errorPixels", "maxFactor", "metric", "bound", "backend", "cullPatches", "noTextures", "WriteTlodHint"}) {
+    for (const char* option : {"errorPixels", "maxFactor", "metric", "bound", "selection", "backend", "cullPatches",
+                               "noTextures", "WriteTlodHint"}) {
         EXPECT_NE(declared.find(option), std::string::npos) << declared;
     }
 }

@@ -78,6 +78,7 @@ osg::ref_ptr<osg::MatrixTransform> makeScene(TessLODDrawable& drawable)
     options.maxFactor = 8;
     options.metric = SelectionOptions::Metric::Isotropic;
     options.bound = SelectionOptions::Bound::FirstOrder;
+    options.selector = SelectionOptions::Selector::Gpu;
     options.cullPatches = false;
     drawable.setOptions(options);
     drawable.setName("the model");
@@ -107,6 +108,7 @@ void expectTheScene(const osg::ref_ptr<osg::Node>& scene, const LodAsset& asset)
     EXPECT_EQ(options.maxFactor, 8U);
     EXPECT_EQ(options.metric, SelectionOptions::Metric::Isotropic);
     EXPECT_EQ(options.bound, SelectionOptions::Bound::FirstOrder);
+    EXPECT_EQ(options.selector, SelectionOptions::Selector::Gpu);
     EXPECT_FALSE(options.cullPatches);
 
     ASSERT_NE(drawable->getStateSet(), nullptr);

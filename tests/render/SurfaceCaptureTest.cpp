@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the GPU draws: equal to its CPU twin to the bit, closed, and continuous in the view.
+#include <render/CapturedInstead.h>
 #include <render/ClosedSurface.h>
 #include <render/GlTest.h>
 
@@ -8,13 +9,6 @@
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/AssetPages.h>
 #include <osgTessLOD/render/DrawContext.h>
-#include <osgTessLOD/render/ShaderSource.h>
-
-#include <support/FileBytes.h>
-#include <support/TemporaryDirectory.h>
-
-#include <osgDB/FileUtils>
-#include <osgDB/Registry>
 
 #include <array>
 #include <cmath>
@@ -202,31 +196,6 @@ TEST_P(SurfaceCapture, weightsAreTheTwins)
         }
     }
 }
-
-/// While it lives, programs that are made anew capture `expression` where they would capture positions.
-class CapturedInstead {
-public:
-    explicit CapturedInstead(const std::string& expression)
-        : _before(osgDB::getDataFilePathList())
-    {
-        std::string text = shaderText("tesslod_vertex.glsl");
-        const std::string position = "tessLodObjectPosition = point.position;";
-        const std::size_t at = text.find(position);
-        EXPECT_NE(at, std::string::npos);
-        text.replace(at, position.size(), "tessLodObjectPosition = " + expression + ";");
-        writeBytes(_folder.file("tesslod_vertex.glsl"), text);
-        osgDB::FilePathList paths = _before;
-        paths.push_front(_folder.file(""));
-        osgDB::setDataFilePathList(paths);
-    }
-    ~CapturedInstead() { osgDB::setDataFilePathList(_before); }
-    CapturedInstead(const CapturedInstead&) = delete;
-    CapturedInstead& operator=(const CapturedInstead&) = delete;
-
-private:
-    osgDB::FilePathList _before;
-    TemporaryDirectory _folder;
-};
 
 /// Sorted; of each triangle the first of its three rotations, whatever corners are alike.
 std::vector<Triangle> sortedTriangles(std::vector<Triangle> triangles)

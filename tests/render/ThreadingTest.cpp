@@ -15,6 +15,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <deque>
 
@@ -80,6 +81,84 @@ TEST_P(Threading, selectionsStayAsTheyWereMade)
         ASSERT_EQ(now.size(), entry.records.size());
         ASSERT_EQ(std::memcmp(now.data(), entry.records.data(), now.size() * sizeof(PatchRecord)), 0);
     }
+}
+
+/// Keeps the picture of every frame that its camera draws.
+class Film : public osg::Camera::DrawCallback {
+public:
+    void operator()(osg::RenderInfo&) const override
+    {
+        std::vector<unsigned char> picture(3U * 96U * 64U);
+        glReadPixels(0, 0, 96, 64, GL_RGB, GL_UNSIGNED_BYTE, picture.data());
+        _pictures.push_back(std::move(picture));
+    }
+    const std::vector<std::vector<unsigned char>>& pictures() const { return _pictures; }
+
+private:
+    mutable std::vector<std::vector<unsigned char>> _pictures;
+};
+
+/// Two contexts' films of a flight around several parents of one drawable.
+std::array<osg::ref_ptr<Film>, 2> filmOf(TessLODDrawable& drawable, osgViewer::ViewerBase::ThreadingModel model,
+                                         SelectionOptions options)
+{
+    const osg::ref_ptr<osg::Group> scene = new osg::Group;
+    for (int k = 0; k < kParents; ++k) {
+        const osg::ref_ptr<osg::MatrixTransform> parent =
+            new osg::MatrixTransform(osg::Matrix::scale(1.0, 1.0, 0.5 + 0.2 * k) *
+                                     osg::Matrix::translate(2.5 * (k % 3) - 2.5, 2.5 * (k / 3) - 1.25, 0.0));
+        parent->addChild(&drawable);
+        scene->addChild(parent.get());
+    }
+    std::array<osg::ref_ptr<Film>, 2> films{new Film, new Film};
+    osgViewer::Viewer viewer;
+    viewer.setThreadingModel(model);
+    for (std::size_t view = 0; view < films.size(); ++view) {
+        const osg::ref_ptr<osg::Camera> camera = new osg::Camera;
+        setUpHeadless(*camera, 96, 64);
+        camera->setFinalDrawCallback(films[view].get());
+        viewer.addSlave(camera.get(), osg::Matrix(),
+                        osg::Matrix::rotate(0.2 * static_cast<double>(view), 0.0, 1.0, 0.0));
+    }
+    viewer.getCamera()->setProjectionMatrixAsPerspective(45.0, 1.5, 0.1, 100.0);
+    viewer.setSceneData(scene.get());
+    viewer.realize();
+    for (int frame = 0; frame < kFrames; ++frame) {
+        const double t = 0.1 * frame;
+        viewer.getCamera()->setViewMatrixAsLookAt(osg::Vec3d(10.0 * std::cos(t), 3.0, 10.0 * std::sin(t)), osg::Vec3d(),
+                                                  osg::Vec3d(0.0, 1.0, 0.0));
+        options.errorPixels = std::exp(2.0 * std::sin(3.0 * t));
+        drawable.setOptions(options);
+        viewer.frame();
+    }
+    viewer.stopThreading();
+    return films;
+}
+
+/// Each of the leaves that the control shader selects for sees its own view. A pixel on an edge may show either side.
+TEST_P(Threading, theControlShaderSelectsForEveryView)
+{
+    const WarningCollector warnings;
+    const osg::ref_ptr<TessLODDrawable> drawable =
+        new TessLODDrawable(std::make_shared<const LodAsset>(makeSyntheticAsset(16, true)));
+    SelectionOptions options;
+    options.backend = Backend::Tessellation;
+    const auto expected = filmOf(*drawable, GetParam(), options);
+    options.selector = SelectionOptions::Selector::Gpu;
+    const auto films = filmOf(*drawable, GetParam(), options);
+    for (std::size_t view = 0; view < films.size(); ++view) {
+        ASSERT_EQ(films[view]->pictures().size(), static_cast<std::size_t>(kFrames));
+        ASSERT_EQ(expected[view]->pictures().size(), static_cast<std::size_t>(kFrames));
+        for (std::size_t frame = 0; frame < kFrames; ++frame) {
+            const std::vector<unsigned char>& picture = films[view]->pictures()[frame];
+            std::size_t different = 0;
+            for (std::size_t k = 0; k < picture.size(); ++k) {
+                different += std::abs(picture[k] - expected[view]->pictures()[frame][k]) > 2 ? 1 : 0;
+            }
+            EXPECT_LE(different, 12U) << "view " << view << ", frame " << frame;
+        }
+    }
+    EXPECT_EQ(warnings.text(), "");
 }
 
 TEST_P(Threading, placementsMayChangeWhileTheLastOnesAreDrawn)

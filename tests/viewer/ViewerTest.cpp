@@ -170,14 +170,42 @@ TEST_F(Viewer, DrawsWithTheBackendAskedFor)
     EXPECT_EQ(backends("-O backend=instanced --backend auto").size(), 1U);
 }
 
+TEST_F(Viewer, SelectsInTheControlShader)
+{
+    const auto statistics = [&](const std::string& options) {
+        const std::string stats = folder.file("s.json");
+        const Outcome outcome = run("--headless --size 100x100 --frames 1 --no-cull --backend tessellation " + options +
+                                    " --stats " + stats + " --capture " + folder.file("c.ply") + " " + model());
+        EXPECT_EQ(outcome.status, 0) << outcome.output;
+        EXPECT_EQ(outcome.output.find("at most ") != std::string::npos, options != "") << outcome.output;
+        return readJson(stats);
+    };
+    const nlohmann::json cpu = statistics("");
+    EXPECT_EQ(cpu["upperBound"], false);
+    for (const char* options : {"--selection gpu", "-O selection=gpu"}) {
+        const nlohmann::json gpu = statistics(options);
+        EXPECT_EQ(gpu["upperBound"], true);
+        EXPECT_EQ(gpu["patchesDrawn"], cpu["patchesDrawn"]);
+        EXPECT_GT(gpu["triangles"], cpu["triangles"]);
+        // Rounding may make a level another, and a level a patch's triangles; not many.
+        EXPECT_NEAR(gpu["capture"]["triangles"].get<double>(), cpu["triangles"].get<double>(),
+                    0.01 * cpu["triangles"].get<double>());
+    }
+}
+
 TEST_F(Viewer, DrawsWithoutTessellationHardware)
 {
     // Mesa's own means to make a driver offer less; others do not know them, and then there is nothing to test here.
     setenv("MESA_GL_VERSION_OVERRIDE", "3.3COMPAT", 1);
     setenv("MESA_GLSL_VERSION_OVERRIDE", "330", 1);
     const std::string stats = folder.file("s.json");
-    const Outcome outcome =
-        run("--headless --size 100x100 --stats " + stats + " --capture " + folder.file("c.ply") + " " + model());
+    const auto runWith = [&](const std::string& options) {
+        return run("--headless --size 100x100 --stats " + stats + " --capture " + folder.file("c.ply") + " " + options +
+                   model());
+    };
+    const Outcome whenDrawn = runWith("--selection gpu ");
+    const nlohmann::json selectedWhenDrawn = whenDrawn.status == 0 ? readJson(stats) : nlohmann::json();
+    const Outcome outcome = runWith("");
     unsetenv("MESA_GL_VERSION_OVERRIDE");
     unsetenv("MESA_GLSL_VERSION_OVERRIDE");
     ASSERT_EQ(outcome.status, 0) << outcome.output;
@@ -186,6 +214,8 @@ TEST_F(Viewer, DrawsWithoutTessellationHardware)
     EXPECT_EQ(json["backends"], nlohmann::json::array_t{"instanced"});
     EXPECT_GT(json["triangles"], 0U);
     EXPECT_EQ(json["capture"]["triangles"], json["triangles"]);
+    EXPECT_EQ(selectedWhenDrawn["capture"], json["capture"]) << whenDrawn.output;
+    EXPECT_EQ(selectedWhenDrawn["backends"], json["backends"]);
 }
 
 TEST_F(Viewer, TracesSelectionsAlongAPath)
@@ -328,6 +358,7 @@ TEST_F(Viewer, RefusesMalformedArguments)
                                                                  "--max-factor 1.5",
                                                                  "--metric best",
                                                                  "--bound loose",
+                                                                 "--selection best",
                                                                  "--backend best",
                                                                  "--frames 0",
                                                                  "--unheardof",
