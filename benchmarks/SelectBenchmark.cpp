@@ -84,8 +84,8 @@ std::vector<ScreenCamera> camerasOver(const LodAsset& field, double modelSize)
     };
     std::vector<ScreenCamera> cameras;
     for (unsigned k = 0; k < kViews; ++k) {
-        const osg::Vec3d eye(between(field.boundsMin[0], field.boundsMax[0]), between(field.boundsMin[1], field.boundsMax[1]),
-                             double{field.boundsMax[2]} + modelSize);
+        const osg::Vec3d eye(between(field.boundsMin[0], field.boundsMax[0]),
+                             between(field.boundsMin[1], field.boundsMax[1]), double{field.boundsMax[2]} + modelSize);
         const double turn = between(0.0, 2.0 * osg::PI);
         ScreenCamera camera;
         camera.width = 1280.0;
@@ -133,9 +133,9 @@ void measureGrowth(unsigned runs, bool quick, BenchmarkResult& result)
                                             {"nanoseconds", time},
                                             {"nanosecondsPerDrawnPatch", perPatch.back()},
                                             {"nanosecondsOffScreen", offScreen}});
-        result.tables.back().rows.push_back({grouped(field.patches.size()), grouped(statistics.patches / kViews),
-                                             fmt::format("{:.1f}", time / 1000.0), fmt::format("{:.1f}", perPatch.back()),
-                                             fmt::format("{:.2f}", offScreen / 1000.0)});
+        result.tables.back().rows.push_back(
+            {grouped(field.patches.size()), grouped(statistics.patches / kViews), fmt::format("{:.1f}", time / 1000.0),
+             fmt::format("{:.1f}", perPatch.back()), fmt::format("{:.2f}", offScreen / 1000.0)});
     }
     result.summary["ns_per_patch"] = mean(perPatch);
 }
@@ -187,7 +187,8 @@ void measurePlacements(unsigned runs, bool quick, BenchmarkResult& result)
 {
     const auto model = std::make_shared<const LodAsset>(smallAsteroid());
     const double size = double{model->boundsMax[2]} - model->boundsMin[2];
-    result.tables.push_back({{"placements", "patches drawn", "µs", "ns / drawn patch", "ns / placement", "µs off screen"}, {}});
+    result.tables.push_back(
+        {{"placements", "patches drawn", "µs", "ns / drawn patch", "ns / placement", "µs off screen"}, {}});
     for (const unsigned side : {1U, 10U, 32U, 100U, 316U}) {
         if (quick && side > 32U) { break; }
         fmt::print(stderr, "select: {} placements\n", side * side);
@@ -212,10 +213,10 @@ void measurePlacements(unsigned runs, bool quick, BenchmarkResult& result)
                                                 {"drawn", drawn},
                                                 {"nanoseconds", time},
                                                 {"nanosecondsOffScreen", offScreen}});
-        result.tables.back().rows.push_back(
-            {grouped(side * side), fmt::format("{:.0f}", drawn), fmt::format("{:.1f}", time / 1000.0),
-             fmt::format("{:.1f}", time / drawn), fmt::format("{:.1f}", time / (side * side)),
-             fmt::format("{:.2f}", offScreen / 1000.0)});
+        result.tables.back().rows.push_back({grouped(side * side), fmt::format("{:.0f}", drawn),
+                                             fmt::format("{:.1f}", time / 1000.0), fmt::format("{:.1f}", time / drawn),
+                                             fmt::format("{:.1f}", time / (side * side)),
+                                             fmt::format("{:.2f}", offScreen / 1000.0)});
     }
 }
 

@@ -47,8 +47,8 @@ public:
             largestPatch = std::max(largestPatch, box.sizes().maxCoeff());
             whole.extend(box);
         }
-        const double farthest = std::max(toAsset(whole.min()).cwiseAbs().maxCoeff(),
-                                         toAsset(whole.max()).cwiseAbs().maxCoeff());
+        const double farthest =
+            std::max(toAsset(whole.min()).cwiseAbs().maxCoeff(), toAsset(whole.max()).cwiseAbs().maxCoeff());
         constexpr double kInt32Room = 1 << 30;
         // Two steps of room for rounding at both ends.
         _step = static_cast<float>(std::max(largestPatch * _scale / (Lattice::kMaxOffset - 2), farthest / kInt32Room));
@@ -72,7 +72,10 @@ public:
         return {static_cast<std::int32_t>(std::lround(p.x())), static_cast<std::int32_t>(std::lround(p.y())),
                 static_cast<std::int32_t>(std::lround(p.z()))};
     }
-    Vector3d fromLattice(const LatticePoint& p) const { return static_cast<double>(_step) * Vector3d(p[0], p[1], p[2]); }
+    Vector3d fromLattice(const LatticePoint& p) const
+    {
+        return static_cast<double>(_step) * Vector3d(p[0], p[1], p[2]);
+    }
 
 private:
     Vector3d _origin;
@@ -137,8 +140,8 @@ public:
 
     /// `slots`: per level, of each patch that reaches it. Returns the box of all that is ever drawn of the patch: morphs lie
     /// between vertices of levels.
-    AlignedBox3d assemble(std::size_t p, const FinestLevels& finest, const std::vector<std::vector<std::uint32_t>>& slots,
-                  LodAsset& asset) const
+    AlignedBox3d assemble(std::size_t p, const FinestLevels& finest,
+                          const std::vector<std::vector<std::uint32_t>>& slots, LodAsset& asset) const
     {
         LodPatch& patch = asset.patches[p];
         patch.chartError = roundUp(chartError(p));
@@ -163,7 +166,9 @@ public:
             level.errors[slot] = errorOf(vectors[l], chartError(p));
         }
         const std::vector<float> cosines = boundNormals(stored.positions, patch);
-        for (std::size_t l = 0; l < cosines.size(); ++l) { asset.levels[l].errors[slots[l][p]].coneCosine = cosines[l]; }
+        for (std::size_t l = 0; l < cosines.size(); ++l) {
+            asset.levels[l].errors[slots[l][p]].coneCosine = cosines[l];
+        }
         return boundSphere(stored.positions, patch);
     }
 
@@ -247,7 +252,8 @@ private:
         }
         patch.boundCenter = {center.x(), center.y(), center.z()};
         // The GPU's single precision positions are within a few ulps of these.
-        const double rounding = 4.0 * std::numeric_limits<float>::epsilon() * box.max().cwiseAbs().cwiseMax(box.min().cwiseAbs()).norm();
+        const double rounding =
+            4.0 * std::numeric_limits<float>::epsilon() * box.max().cwiseAbs().cwiseMax(box.min().cwiseAbs()).norm();
         patch.boundRadius = roundUp(std::sqrt(squared) + rounding);
         return {box.min().array() - rounding, box.max().array() + rounding};
     }

@@ -119,7 +119,7 @@ void clean(SourceMesh& mesh, Progress& progress, BakeReport& report)
 /// A surface in patches, and what it is made of.
 struct MappedSource {
     std::unique_ptr<PatchMap> map;
-    const SourceMesh* source = nullptr;     ///< the map's own, to measure charts against; null: charts are the reference
+    const SourceMesh* source = nullptr; ///< the map's own, to measure charts against; null: charts are the reference
     const SourceSamples* samples = nullptr; ///< the map's own
     unsigned finestFactor = 64;             ///< a larger one shows nothing more
 };
@@ -153,7 +153,9 @@ unsigned finestFactorFor(const ControlMesh& mesh)
     constexpr std::uint64_t kFewTriangles = 4'000'000;
     const std::uint64_t most = std::max<std::uint64_t>(kMostPerTriangle * mesh.sourceTriangles(), kFewTriangles);
     unsigned factor = 64;
-    while (factor > 2 && mesh.topology().patches.size() * TessellationPattern::triangleCount(factor) > most) { factor /= 2; }
+    while (factor > 2 && mesh.topology().patches.size() * TessellationPattern::triangleCount(factor) > most) {
+        factor /= 2;
+    }
     return factor;
 }
 
@@ -214,7 +216,8 @@ MappedSource mapMesh(SourceMesh mesh, const BakeOptions& options, Progress& prog
 /// Terrain without voids keeps the vertical projection as its map; with voids it is a mesh with holes.
 MappedSource mapTerrain(const std::string& path, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
-    HeightField field = inOneStep("import", "file", progress, report, [&] { return readHeightField(path, options.heights); });
+    HeightField field =
+        inOneStep("import", "file", progress, report, [&] { return readHeightField(path, options.heights); });
     report.filledVoids = timed(report, "voids", [&] { return fillVoids(field, options.heights.largestFilledVoid); });
     report.voids = field.voids();
     if (report.voids > 0) {

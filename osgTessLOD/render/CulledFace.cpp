@@ -53,7 +53,7 @@ public:
         if (!_isOn.get() || _cullFace.get() == osg::CullFace::FRONT_AND_BACK) { return CulledFace::None; }
         const bool isBack = _cullFace.get() == osg::CullFace::BACK;
         return isBack == (_frontFace.get() == osg::FrontFace::COUNTER_CLOCKWISE) ? CulledFace::Clockwise
-                                                                                  : CulledFace::CounterClockwise;
+                                                                                 : CulledFace::CounterClockwise;
     }
 
 private:

@@ -57,9 +57,9 @@ float toFloat(double x)
 
 /// How a sphere is seen.
 struct LevelNeed::Sight {
-    double distance;   ///< of the centre from the eye
-    double nearest;    ///< of any point from the eye; 0 with the eye inside
-    double leastDepth; ///< of whatever of it may be on screen
+    double distance;    ///< of the centre from the eye
+    double nearest;     ///< of any point from the eye; 0 with the eye inside
+    double leastDepth;  ///< of whatever of it may be on screen
     double leastCosine; ///< of the angle to the axis of whatever of it may be on screen
     double largestCosine;
 };

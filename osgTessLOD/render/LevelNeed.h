@@ -33,8 +33,8 @@ public:
 
     /// Needs are at most finestAllowed + 1. Spheres and errors are in units of which there are `unitsPerLength` in one of the
     /// view's space.
-    LevelNeed(const SelectionView& view, const SelectionOptions& options, std::size_t levelCount, unsigned finestAllowed,
-              double unitsPerLength);
+    LevelNeed(const SelectionView& view, const SelectionOptions& options, std::size_t levelCount,
+              unsigned finestAllowed, double unitsPerLength);
 
     /// Is the patch's bounding sphere to be asked for (Conservative), or the middle of each border?
     bool isPerPatch() const { return _kernelView.conservative; }

@@ -16,10 +16,10 @@ struct View {
     float eyeHigh[3]; ///< the eye, rounded
     float eyeLow[3];  ///< what was lost
     float axis[3];
-    float slope;       ///< tolerance per distance; orthographic: the tolerance
+    float slope; ///< tolerance per distance; orthographic: the tolerance
     float leastCosine;
-    float most;        ///< the largest need
-    int top;           ///< the finest level that may be asked for
+    float most; ///< the largest need
+    int top;    ///< the finest level that may be asked for
     int levelCount;
     bool orthographic;
     bool conservative;
@@ -74,7 +74,8 @@ struct Kernel {
     unsigned (*behind)(const float* plane, const Spheres& spheres);
     /// Bit k: no triangle of patch k, whose normals are so far from the axis, shows its front (`sign` 1), or its back (−1),
     /// wherever in the sphere it lies.
-    unsigned (*hidden)(const View& view, const Spheres& spheres, const ConeAxes& axes, const Lanes& cosines, float sign);
+    unsigned (*hidden)(const View& view, const Spheres& spheres, const ConeAxes& axes, const Lanes& cosines,
+                       float sign);
     /// Levels of the patches at position `first` and after: of borders the larger need of both sides, as far as the border
     /// goes and at most `cap`. `needs`: at [side · stride + position]; stride 0 where all sides of a patch need the same. Bit k
     /// of the result: patch k is saturated.

@@ -17,8 +17,14 @@ using Ints = int __attribute__((vector_size(32), may_alias));
 // More than rounding to single precision adds up to on the way to a tolerance or an error, relative to what it is added up of.
 constexpr float kRounding = 2e-6F;
 
-inline Floats load(const float* from) { return *reinterpret_cast<const Floats*>(from); }
-inline void store(const Floats& from, float* to) { *reinterpret_cast<Floats*>(to) = from; }
+inline Floats load(const float* from)
+{
+    return *reinterpret_cast<const Floats*>(from);
+}
+inline void store(const Floats& from, float* to)
+{
+    *reinterpret_cast<Floats*>(to) = from;
+}
 
 inline void squareRoot(Floats& x)
 {
@@ -48,7 +54,9 @@ inline unsigned bits(const Ints& mask)
 }
 
 /// Of lanes where `mask` is set those of `a`, else of `b`.
-#define CHOOSE(mask, a, b) reinterpret_cast<Floats>(((mask) & reinterpret_cast<Ints>(Floats(a))) | (~(mask) & reinterpret_cast<Ints>(Floats(b))))
+#define CHOOSE(mask, a, b)                                                                                             \
+    reinterpret_cast<Floats>(((mask) & reinterpret_cast<Ints>(Floats(a))) |                                            \
+                             (~(mask) & reinterpret_cast<Ints>(Floats(b))))
 // Of NaN and b it is b.
 #define LEAST(a, b) CHOOSE((a) < (b), (a), (b))
 #define LARGEST(a, b) CHOOSE((a) > (b), (a), (b))
@@ -139,7 +147,8 @@ inline void errorOf(const View& view, const Sight& sight, const Errors& errors, 
     const Floats& x = sight.x;
     const Floats& y = sight.y;
     const Floats& z = sight.z;
-    const Floats form = (q(0) * x * x + q(1) * y * y + q(2) * z * z) + 2.0F * (q(3) * x * y + q(4) * x * z + q(5) * y * z);
+    const Floats form =
+        (q(0) * x * x + q(1) * y * y + q(2) * z * z) + 2.0F * (q(3) * x * y + q(4) * x * z + q(5) * y * z);
     const Floats square = most * most;
     const Floats seenFromSomewhere = square * (sight.cosine * sight.cosine);
     Floats squared = LARGEST(form, kZero);

@@ -57,7 +57,8 @@ public:
         result.isotropic = std::max(error.isotropic, roundedUp(kRatio * double{_finer.isotropic}));
         ViewError missing;
         for (std::size_t k = 0; k < 6; ++k) {
-            missing.q[k] = static_cast<float>(double{error.quadratic.q[k]} - kRatio * kRatio * double{_finer.quadratic.q[k]});
+            missing.q[k] =
+                static_cast<float>(double{error.quadratic.q[k]} - kRatio * kRatio * double{_finer.quadratic.q[k]});
         }
         const double lack = std::max(0.0, -missing.leastEigenvalue());
         for (std::size_t k = 0; k < 6; ++k) {
@@ -154,7 +155,9 @@ void PatchBlocks::addErrors(const LodAsset& asset, const std::vector<std::uint32
             if (slot == kNoPatch) { continue; }
             LevelError scaled = asset.levels[level].errors[slot];
             scaled.isotropic *= units;
-            for (float& q : scaled.quadratic.q) { q = static_cast<float>(double{q} * _unitsPerLength * _unitsPerLength); }
+            for (float& q : scaled.quadratic.q) {
+                q = static_cast<float>(double{q} * _unitsPerLength * _unitsPerLength);
+            }
             const LevelError error = falling.next(scaled);
             kernel::Errors& at = _errors[_levelCount * (position / kLanes) + level];
             for (std::size_t k = 0; k < 6; ++k) { at.q[k][position % kLanes] = error.quadratic.q[k]; }

@@ -28,7 +28,9 @@ bool PatchCullCallback::cull(osg::NodeVisitor* visitor, osg::Drawable* drawable,
     if (nested != nullptr && nested->cull(visitor, drawable, renderInfo)) { return true; }
     if (lod->getGpuAsset() == nullptr) { return true; }
     // By the box, and by the sphere where features of a few pixels are culled.
-    if (lod->isCullingActive() && (cull->isCulled(lod->getBoundingBox()) || cull->isCulled(lod->getBound()))) { return true; }
+    if (lod->isCullingActive() && (cull->isCulled(lod->getBoundingBox()) || cull->isCulled(lod->getBound()))) {
+        return true;
+    }
     const osg::ref_ptr<PatchSelection> selection = lod->select(CullView(*cull, *lod));
     if (lod->getSelectionObserver() != nullptr) {
         const osg::Matrixd localToWorld = osg::computeLocalToWorld(cull->getNodePath());

@@ -147,9 +147,9 @@ void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, cons
     state.pushStateSet(&program);
     for (const osg::StateSet* set : more) { state.pushStateSet(set); }
     for (std::size_t page = 0; page < pages.pages().size(); ++page) {
-        const DrawnRecords records =
-            byPage.empty() ? DrawnRecords{_records, _placements.numbers}
-                           : DrawnRecords{std::move(byPage[page].records), byPage[page].placements};
+        const DrawnRecords records = byPage.empty()
+                                         ? DrawnRecords{_records, _placements.numbers}
+                                         : DrawnRecords{std::move(byPage[page].records), byPage[page].placements};
         if (records.records.empty()) { continue; }
         state.pushStateSet(pages.pages()[page].state.get());
         state.apply();
@@ -167,8 +167,7 @@ void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, cons
 
 /// Calls draw(first record, count, factor) for pieces of one level and of at most `verticesPerDraw` tessellated vertices.
 template <typename Draw>
-void PatchSelection::forEachDraw(const PatchRecords& records, std::uint64_t verticesPerDraw,
-                                 const Draw& draw) const
+void PatchSelection::forEachDraw(const PatchRecords& records, std::uint64_t verticesPerDraw, const Draw& draw) const
 {
     const auto levelOf = [&](std::size_t k) { return MorphedSurface::drawnLevel(records[k].edgeLevels); };
     for (std::size_t first = 0; first < records.size();) {

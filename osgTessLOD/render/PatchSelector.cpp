@@ -193,12 +193,14 @@ private:
 
     void setFrustum(const std::vector<osg::Plane>& frustum)
     {
-        constexpr std::size_t kMostPlanes = 32; // bits of an unsigned
+        constexpr std::size_t kMostPlanes = 31; // bits of an unsigned, but one
         for (const osg::Plane& plane : frustum) {
             if (_planes.size() == kMostPlanes) { break; }
             _planes.push_back(_blocks.planeInUnits(plane));
             std::array<float, 4>& rounded = _roundedPlanes.emplace_back();
-            for (int k = 0; k < 4; ++k) { rounded[static_cast<std::size_t>(k)] = static_cast<float>(_planes.back()[k]); }
+            for (int k = 0; k < 4; ++k) {
+                rounded[static_cast<std::size_t>(k)] = static_cast<float>(_planes.back()[k]);
+            }
         }
     }
 
@@ -206,7 +208,8 @@ private:
     double distanceTo(std::size_t plane, const BoundSphere& sphere) const
     {
         const osg::Vec4d& p = _planes[plane];
-        return p.x() * double{sphere.center.x()} + p.y() * double{sphere.center.y()} + p.z() * double{sphere.center.z()} + p.w();
+        return p.x() * double{sphere.center.x()} + p.y() * double{sphere.center.y()} +
+               p.z() * double{sphere.center.z()} + p.w();
     }
 
     /// Those of `planes` (bits) that part of the node may lie behind; nothing if all of it lies behind one.
@@ -286,7 +289,9 @@ private:
         for (std::uint32_t block = node.first / PatchBlocks::kLanes; block < end; ++block) {
             unsigned lanes = _blocks.lanesOf(block);
             for (std::size_t k = 0; planes >> k != 0; ++k) {
-                if ((planes >> k & 1U) != 0) { lanes &= ~_kernel.behind(_roundedPlanes[k].data(), _blocks.spheres(block)); }
+                if ((planes >> k & 1U) != 0) {
+                    lanes &= ~_kernel.behind(_roundedPlanes[k].data(), _blocks.spheres(block));
+                }
             }
             if (lanes != 0) { _visible.push_back({block, lanes}); }
         }
@@ -358,8 +363,8 @@ private:
     /// Bits of patches that are saturated.
     unsigned levelsOf(std::uint32_t block, kernel::Levels& levels) const
     {
-        return _kernel.levels(_need.kernelView(), _blocks.borders(block), _needs, _stride,
-                              block * PatchBlocks::kLanes, static_cast<float>(_cap), levels);
+        return _kernel.levels(_need.kernelView(), _blocks.borders(block), _needs, _stride, block * PatchBlocks::kLanes,
+                              static_cast<float>(_cap), levels);
     }
 
     /// Bits of patches of which all triangles show the culled face.
@@ -408,7 +413,8 @@ private:
         statistics.patches = count;
         statistics.culledPatches = _blocks.patchCount() - count;
         statistics.saturatedPatches = saturated;
-        statistics.patchesByLevel.assign(counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(_selector._ladder.size()));
+        statistics.patchesByLevel.assign(counts.begin(),
+                                         counts.begin() + static_cast<std::ptrdiff_t>(_selector._ladder.size()));
         statistics.triangles = triangleCount(statistics.patchesByLevel, _selector._ladder);
         return result;
     }

@@ -128,8 +128,8 @@ osg::ref_ptr<PatchSelection> TessLODDrawable::select(const CullView& view) const
         return new PatchSelection(_gpuAsset.get(),
                                   {selectionView, _options, view.frustum(), view.culledFaces(selectionView)});
     }
-    PatchSelector::Result selected = _gpuAsset->selector().select(selectionView, _options, view.frustum(),
-                                                                  view.culledFaces(selectionView));
+    PatchSelector::Result selected =
+        _gpuAsset->selector().select(selectionView, _options, view.frustum(), view.culledFaces(selectionView));
     return new PatchSelection(_gpuAsset.get(), std::move(selected.records), std::move(selected.statistics),
                               selectionView, _options.backend);
 }

@@ -125,16 +125,16 @@ osg::ref_ptr<PatchSelection> TessLODInstances::select(const CullView& view) cons
     const GpuAsset& asset = *getGpuAsset();
     const bool culls = isCullingActive();
     GatheredRecords gathered;
-    _placements->forEach([&](const osg::BoundingSphere& sphere) { return !culls || !view.visitor().isCulled(sphere); },
-                         [&](std::uint32_t number) {
-                             const osg::Matrixd& placement = getPlacements()[number];
-                             std::vector<osg::Plane> frustum = view.frustum();
-                             for (osg::Plane& plane : frustum) { plane.transformProvidingInverse(placement); }
-                             if (culls && isOutside(asset.bounds(), frustum)) { return; }
-                             const SelectionView placed = view.view(placement);
-                             gathered.add(number, asset.selector().select(placed, getOptions(), frustum,
-                                                                          view.culledFaces(placed)));
-                         });
+    _placements->forEach(
+        [&](const osg::BoundingSphere& sphere) { return !culls || !view.visitor().isCulled(sphere); },
+        [&](std::uint32_t number) {
+            const osg::Matrixd& placement = getPlacements()[number];
+            std::vector<osg::Plane> frustum = view.frustum();
+            for (osg::Plane& plane : frustum) { plane.transformProvidingInverse(placement); }
+            if (culls && isOutside(asset.bounds(), frustum)) { return; }
+            const SelectionView placed = view.view(placement);
+            gathered.add(number, asset.selector().select(placed, getOptions(), frustum, view.culledFaces(placed)));
+        });
     return gathered.selection(asset, *_placements, view.view(), getOptions().backend);
 }
 

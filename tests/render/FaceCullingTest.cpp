@@ -88,8 +88,8 @@ const std::vector<Setting>& settings()
         {"nothing", [](osg::StateSet&, osg::StateSet&) {}, false, false},
         {"back", [](osg::StateSet& r, osg::StateSet&) { r.setMode(GL_CULL_FACE, State::ON); }, false, true},
         {"front",
-         [](osg::StateSet& r, osg::StateSet&) { r.setAttributeAndModes(new osg::CullFace(osg::CullFace::FRONT)); }, true,
-         false},
+         [](osg::StateSet& r, osg::StateSet&) { r.setAttributeAndModes(new osg::CullFace(osg::CullFace::FRONT)); },
+         true, false},
         {"back of clockwise",
          [](osg::StateSet& r, osg::StateSet& d) {
              r.setAttributeAndModes(new osg::CullFace(osg::CullFace::BACK));
@@ -164,7 +164,8 @@ TEST_F(FaceCulling, ofASphereLeavesOutPartAndKeepsThePicture)
     std::uint64_t shown = 0;
     for (int k = 0; k < 24; ++k) {
         const double turn = 0.26 * k;
-        const osg::Vec3d eye = middle + osg::Vec3d(std::cos(turn), std::sin(turn), 0.7) * (5.0 * drawable->getBound().radius());
+        const osg::Vec3d eye =
+            middle + osg::Vec3d(std::cos(turn), std::sin(turn), 0.7) * (5.0 * drawable->getBound().radius());
         viewer.getCamera()->setViewMatrixAsLookAt(eye, middle, osg::Vec3d(0.0, 0.0, 1.0));
         for (const double error : {0.5, 20.0}) {
             SelectionOptions options = drawable->getOptions();
@@ -212,7 +213,8 @@ TEST_F(FaceCulling, smallModelsGoWhereSmallFeaturesAreCulled)
     const osg::ref_ptr<osg::MatrixTransform> large = new osg::MatrixTransform(osg::Matrixd::scale(500.0, 500.0, 500.0));
     large->addChild(new TessLODDrawable(drawable->getAsset()));
     place->addChild(large.get());
-    viewer.getCamera()->setCullingMode(viewer.getCamera()->getCullingMode() & ~osg::CullSettings::SMALL_FEATURE_CULLING);
+    viewer.getCamera()->setCullingMode(viewer.getCamera()->getCullingMode() &
+                                       ~osg::CullSettings::SMALL_FEATURE_CULLING);
     EXPECT_EQ(frame(true).patches, drawable->getAsset()->patches.size());
     viewer.getCamera()->setCullingMode(viewer.getCamera()->getCullingMode() | osg::CullSettings::SMALL_FEATURE_CULLING);
     EXPECT_EQ(frame(true).patches, 0U);

@@ -89,8 +89,8 @@ SeenBlock randomView(Random& random)
     seen.view.pixelScale = std::pow(10.0, random.between(1.0, 5.0));
     seen.view.orthographic = random.between(0.0, 1.0) < 0.2;
     seen.options.errorPixels = std::pow(10.0, random.between(-3.0, 1.0));
-    seen.options.bound = random.between(0.0, 1.0) < 0.5 ? SelectionOptions::Bound::Conservative
-                                                        : SelectionOptions::Bound::FirstOrder;
+    seen.options.bound =
+        random.between(0.0, 1.0) < 0.5 ? SelectionOptions::Bound::Conservative : SelectionOptions::Bound::FirstOrder;
     seen.options.metric =
         random.between(0.0, 1.0) < 0.7 ? SelectionOptions::Metric::View : SelectionOptions::Metric::Isotropic;
     return seen;
@@ -131,10 +131,9 @@ double needInDoublePrecision(const Block& block, unsigned lane, const SeenBlock&
         const double axial = direction * view.axis;
         const double leastCosine = std::max(axial * cosine - std::sqrt(1.0 - axial * axial) * sine, view.leastCosine);
         loss = slope * leastCosine;
-        tolerance =
-            distance > radius
-                ? loss * std::max({distance * axial - radius, (distance - radius) * leastCosine, 0.0})
-                : 0.0;
+        tolerance = distance > radius
+                        ? loss * std::max({distance * axial - radius, (distance - radius) * leastCosine, 0.0})
+                        : 0.0;
     }
     const auto errorAt = [&](int level) {
         if (level == kLevels) { return 0.0; }
@@ -145,7 +144,8 @@ double needInDoublePrecision(const Block& block, unsigned lane, const SeenBlock&
         const double x = direction.x();
         const double y = direction.y();
         const double z = direction.z();
-        const double form = q(0) * x * x + q(1) * y * y + q(2) * z * z + 2.0 * (q(3) * x * y + q(4) * x * z + q(5) * y * z);
+        const double form =
+            q(0) * x * x + q(1) * y * y + q(2) * z * z + 2.0 * (q(3) * x * y + q(4) * x * z + q(5) * y * z);
         const double squared = std::min(std::max(form, 0.0), most * most * cosine * cosine);
         return std::sqrt(squared) * cosine + std::sqrt(most * most - squared) * sine + most * loss;
     };
@@ -188,7 +188,8 @@ TEST(LevelNeedKernel, doesNotDependOnTheHint)
     for (int k = 0; k < 5000; ++k) {
         const Block block = randomBlock(random);
         const SeenBlock seen = randomView(random);
-        const LevelNeed need(seen.view, seen.options, kLevels, static_cast<unsigned>(random.between(0.0, kLevels)), 1.0);
+        const LevelNeed need(seen.view, seen.options, kLevels, static_cast<unsigned>(random.between(0.0, kLevels)),
+                             1.0);
         const Lanes expected = needsOf(best(), block, need.kernelView(), 0);
         for (int hint = 1; hint < kLevels + 2; ++hint) {
             ASSERT_TRUE(haveSameBits(needsOf(best(), block, need.kernelView(), hint), expected)) << k << " " << hint;
