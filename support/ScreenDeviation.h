@@ -10,6 +10,7 @@
 #include <osgTessLOD/render/MorphedSurface.h>
 #include <osgTessLOD/render/PatchSelector.h>
 #include <support/ChartLocator.h>
+#include <support/RandomDirection.h>
 #include <support/ScreenCamera.h>
 
 #include <osg/Vec3d>
@@ -81,13 +82,7 @@ public:
 private:
     double uniform(double from, double to) { return std::uniform_real_distribution<double>(from, to)(_random); }
 
-    osg::Vec3d direction()
-    {
-        std::normal_distribution<double> normal;
-        osg::Vec3d d(normal(_random), normal(_random), normal(_random));
-        d.normalize();
-        return d;
-    }
+    osg::Vec3d direction() { return randomDirection(_random); }
 
     std::size_t surfaceVertex()
     {

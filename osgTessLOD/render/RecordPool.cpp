@@ -29,7 +29,7 @@ std::shared_ptr<PatchRecord[]> RecordPool::acquire(std::size_t count)
             buffer = std::move(*found);
             _store->free.erase(found);
         } else if (!_store->free.empty()) {
-            _store->free.pop_back(); // too small for what is asked for now
+            _store->free.pop_back(); // too small: the larger one that is made takes its place
         }
     }
     if (buffer.records == nullptr) {

@@ -8,6 +8,7 @@
 
 #include <osgTessLOD/bake/Baker.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
+#include <support/RandomDirection.h>
 
 #include <osg/CullFace>
 
@@ -128,13 +129,7 @@ protected:
     ~Cracks() override { EXPECT_EQ(warnings.text(), ""); }
 
     double uniform(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); }
-    osg::Vec3d direction()
-    {
-        std::normal_distribution<double> normal;
-        osg::Vec3d d(normal(random), normal(random), normal(random));
-        d.normalize();
-        return d;
-    }
+    osg::Vec3d direction() { return randomDirection(random); }
     /// Looks from anywhere outside at some place near the middle, so that all of the body is before the eye.
     void lookAtRandom(const LodAsset& asset)
     {

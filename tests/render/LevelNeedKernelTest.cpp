@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/render/LevelNeed.h>
 #include <osgTessLOD/render/LevelNeedKernel.h>
+#include <support/RandomDirection.h>
 
 #include <osg/Vec3d>
 
@@ -27,13 +28,7 @@ public:
     }
     double between(double from, double to) { return std::uniform_real_distribution<double>(from, to)(_generator); }
     float single(double from, double to) { return static_cast<float>(between(from, to)); }
-    osg::Vec3d direction()
-    {
-        std::normal_distribution<double> normal;
-        osg::Vec3d d(normal(_generator), normal(_generator), normal(_generator));
-        d.normalize();
-        return d;
-    }
+    osg::Vec3d direction() { return randomDirection(_generator); }
 
 private:
     std::mt19937 _generator;

@@ -12,6 +12,7 @@
 #include <osgTessLOD/render/ShaderSelection.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <osgTessLOD/render/TessLODInstances.h>
+#include <support/RandomDirection.h>
 
 #include <osg/GLExtensions>
 #include <osg/Vec3d>
@@ -40,13 +41,7 @@ public:
     {
     }
     double between(double from, double to) { return std::uniform_real_distribution<double>(from, to)(_generator); }
-    osg::Vec3d direction()
-    {
-        std::normal_distribution<double> normal;
-        osg::Vec3d d(normal(_generator), normal(_generator), normal(_generator));
-        d.normalize();
-        return d;
-    }
+    osg::Vec3d direction() { return randomDirection(_generator); }
 
 private:
     std::mt19937 _generator;
