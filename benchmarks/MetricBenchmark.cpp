@@ -6,6 +6,7 @@
 #include <osgTessLOD/bake/ErrorFit.h>
 #include <osgTessLOD/bake/LevelErrors.h>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -25,8 +26,67 @@ using Json = nlohmann::ordered_json;
 using Eigen::ArrayXd;
 using Vectors = std::vector<Eigen::Vector3d>;
 
-/// Directions that are looked along at once: as many as stay in the cache.
-constexpr std::size_t kBlock = 4000;
+/// Directions that differ by little.
+struct DirectionCone {
+    bake::Directions directions;
+    Eigen::Vector3d axis;
+    double angle = 0.0; ///< between the axis and any of them at most, radians
+};
+
+/// Random directions of a hemisphere, which is enough as errors are even, by the cells of a cube's faces they go through.
+std::vector<DirectionCone> randomDirections(std::size_t count)
+{
+    constexpr int kCells = 12; // along a face's side: a cone of a million directions stays in the cache
+    std::mt19937_64 random(2017);
+    std::normal_distribution<double> normal;
+    std::vector<std::vector<Eigen::Vector3d>> cells(3 * kCells * kCells);
+    for (std::size_t i = 0; i < count; ++i) {
+        Eigen::Vector3d direction;
+        for (Eigen::Index k = 0; k < 3; ++k) { direction[k] = normal(random); }
+        direction.normalize();
+        Eigen::Index face = 0;
+        direction.cwiseAbs().maxCoeff(&face);
+        if (direction[face] < 0.0) { direction = -direction; }
+        const auto cell = [&](Eigen::Index axis) {
+            const double place = 0.5 * (direction[axis % 3] / direction[face] + 1.0);
+            return std::min(kCells - 1, static_cast<int>(place * kCells));
+        };
+        const auto at = (static_cast<int>(face) * kCells + cell(face + 1)) * kCells + cell(face + 2);
+        cells[static_cast<std::size_t>(at)].push_back(direction);
+    }
+    std::vector<DirectionCone> cones;
+    for (const std::vector<Eigen::Vector3d>& cell : cells) {
+        if (cell.empty()) { continue; }
+        DirectionCone cone{bake::Directions(cell.size(), 3), Eigen::Vector3d::Zero()};
+        for (std::size_t i = 0; i < cell.size(); ++i) { cone.directions.row(static_cast<Eigen::Index>(i)) = cell[i]; }
+        cone.axis = cone.directions.colwise().mean().normalized();
+        const double cosine = (cone.directions * cone.axis).minCoeff();
+        cone.angle = std::acos(std::min(1.0, cosine)) + 1e-6; // rounding of acos near 1 is of the root of an ulp
+        cones.push_back(std::move(cone));
+    }
+    return cones;
+}
+
+/// Those of the vectors that can be the longest seen along any direction of the cone.
+Vectors longestAlong(const Vectors& vectors, const DirectionCone& cone)
+{
+    constexpr double kRightAngle = 1.57079632679489661923;
+    double least = 0.0; // E is no less than this along any direction of the cone
+    std::vector<double> largest(vectors.size());
+    for (std::size_t i = 0; i < vectors.size(); ++i) {
+        const double length = vectors[i].norm();
+        const double angle = std::atan2(vectors[i].cross(cone.axis).norm(), std::abs(vectors[i].dot(cone.axis)));
+        largest[i] = length * std::sin(std::min(kRightAngle, angle + cone.angle));
+        if (angle > cone.angle) {
+            least = std::max(least, length * std::min(std::sin(angle - cone.angle), std::sin(angle + cone.angle)));
+        }
+    }
+    Vectors longest;
+    for (std::size_t i = 0; i < vectors.size(); ++i) {
+        if (largest[i] >= (1.0 - 1e-9) * least) { longest.push_back(vectors[i]); }
+    }
+    return longest;
+}
 
 /// How far an approximation is above E along many directions, relative to the largest E.
 struct Excess {
@@ -58,18 +118,7 @@ struct Accuracy {
     bool measured = false;   ///< has an error at all
 };
 
-bake::Directions randomDirections(Eigen::Index count, std::mt19937_64& random)
-{
-    std::normal_distribution<double> normal;
-    bake::Directions directions(count, 3);
-    for (Eigen::Index i = 0; i < count; ++i) {
-        for (Eigen::Index k = 0; k < 3; ++k) { directions(i, k) = normal(random); }
-    }
-    directions.rowwise().normalize();
-    return directions;
-}
-
-Accuracy measure(const bake::LevelVectors& level, const std::vector<bake::Directions>& blocks)
+Accuracy measure(const bake::LevelVectors& level, const std::vector<DirectionCone>& cones)
 {
     Accuracy accuracy;
     const double isotropic = bake::fitIsotropic(level.bare);
@@ -81,18 +130,19 @@ Accuracy measure(const bake::LevelVectors& level, const std::vector<bake::Direct
     std::array<Excess, kApproximations> excess;
     Excess ofDrawn;
     std::size_t count = 0;
-    for (const bake::Directions& block : blocks) {
-        const ArrayXd squared = bake::squaredErrors(level.bare, block);
+    for (const DirectionCone& cone : cones) {
+        const bake::Directions& directions = cone.directions;
+        const ArrayXd squared = bake::squaredErrors(longestAlong(level.bare, cone), directions);
         const ArrayXd errors = squared.max(0.0).sqrt();
         const auto add = [&](Approximation which, const ArrayXd& values) { excess[which].add(values, squared, errors); };
-        add(kIsotropic, ArrayXd::Constant(block.rows(), isotropic * isotropic));
-        add(kVolume, bake::squaredErrors(volume, block));
-        add(kLeastSquares, bake::squaredErrors(leastSquares, block));
-        add(kQuadratic, bake::squaredErrors(quadratic.error, block));
-        add(kDrawn, bake::squaredErrors(drawn.error, block));
-        const ArrayXd squaredDrawn = bake::squaredErrors(level.drawn, block);
-        ofDrawn.add(bake::squaredErrors(drawn.error, block), squaredDrawn, squaredDrawn.max(0.0).sqrt());
-        count += static_cast<std::size_t>(block.rows());
+        add(kIsotropic, ArrayXd::Constant(directions.rows(), isotropic * isotropic));
+        add(kVolume, bake::squaredErrors(volume, directions));
+        add(kLeastSquares, bake::squaredErrors(leastSquares, directions));
+        add(kQuadratic, bake::squaredErrors(quadratic.error, directions));
+        add(kDrawn, bake::squaredErrors(drawn.error, directions));
+        const ArrayXd squaredDrawn = bake::squaredErrors(longestAlong(level.drawn, cone), directions);
+        ofDrawn.add(bake::squaredErrors(drawn.error, directions), squaredDrawn, squaredDrawn.max(0.0).sqrt());
+        count += static_cast<std::size_t>(directions.rows());
     }
     for (std::size_t which = 0; which < kApproximations; ++which) {
         accuracy.mean[which] = excess[which].sum / static_cast<double>(count) / isotropic;
@@ -145,7 +195,7 @@ Json summarize(const Scene& scene, unsigned factor, const std::vector<Accuracy>&
     return row;
 }
 
-std::vector<Json> measureScene(const Scene& scene, const std::vector<bake::Directions>& blocks)
+std::vector<Json> measureScene(const Scene& scene, const std::vector<DirectionCone>& cones)
 {
     bake::Progress progress;
     bake::BakeReport report;
@@ -155,7 +205,7 @@ std::vector<Json> measureScene(const Scene& scene, const std::vector<bake::Direc
     std::vector<std::vector<Accuracy>> levels(surface.hierarchy.ladder.size(), std::vector<Accuracy>(patches));
     tbb::parallel_for(std::size_t{0}, patches, [&](std::size_t p) {
         const auto vectors = errors.measure(surface.hierarchy.patches[p], surface.charts.charts[p].positions);
-        for (std::size_t level = 0; level < levels.size(); ++level) { levels[level][p] = measure(vectors[level], blocks); }
+        for (std::size_t level = 0; level < levels.size(); ++level) { levels[level][p] = measure(vectors[level], cones); }
     });
     std::vector<Json> rows;
     for (std::size_t level = 0; level < levels.size(); ++level) {
@@ -204,11 +254,7 @@ Json summaryOf(const Json& rows, std::size_t directions)
 
 BenchmarkResult benchmarkMetric(const std::vector<Scene>& scenes, std::size_t directions)
 {
-    std::mt19937_64 random(2017);
-    std::vector<bake::Directions> blocks;
-    for (std::size_t left = directions; left > 0; left -= std::min(left, kBlock)) {
-        blocks.push_back(randomDirections(static_cast<Eigen::Index>(std::min(left, kBlock)), random));
-    }
+    const std::vector<DirectionCone> cones = randomDirections(directions);
     BenchmarkResult result;
     result.tables.emplace_back().headers = {"scene", "factor",           "isotropic %", "max", "min. volume %", "max",
                                             "least sq. ellipsoid %", "max", "quadratic %", "max", "drawn %", "max",
@@ -216,7 +262,7 @@ BenchmarkResult benchmarkMetric(const std::vector<Scene>& scenes, std::size_t di
     for (const Scene& scene : scenes) {
         fmt::print(stderr, "{}: metric\n", scene.name);
         try {
-            for (const Json& row : measureScene(scene, blocks)) {
+            for (const Json& row : measureScene(scene, cones)) {
                 result.rows.push_back(row);
                 result.tables.front().rows.push_back(tableRow(row));
                 if (row["underestimates"].get<std::uint64_t>() > 0) {
