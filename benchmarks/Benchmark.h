@@ -71,6 +71,11 @@ BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned ru
 /// Bytes on the GPU and in the file for each vertex of all patches at their finest levels.
 BenchmarkResult benchmarkMemory(const std::vector<Scene>& scenes);
 
+/// Bakes every scene, a height image without large voids, and compares how far what is drawn at some errors is above or below its
+/// samples with a uniform grid and with what meshoptimizer makes of them, of the same number of triangles; and how many triangles
+/// these need to be as near.
+BenchmarkResult benchmarkTerrain(const std::vector<Scene>& scenes);
+
 struct SceneBenchmarkOptions {
     unsigned frames = 5;     ///< to take the median of
     unsigned maxFactor = 64; ///< of the finest levels
@@ -85,6 +90,15 @@ BenchmarkResult benchmarkScenes(const std::vector<Scene>& scenes, const SceneBen
 /// copies of every scene at its finest levels as make each of these numbers of triangles. Medians over `frames` frames.
 BenchmarkResult benchmarkThroughput(const std::vector<Scene>& scenes, const std::vector<std::uint64_t>& leastTriangles,
                                     unsigned frames);
+
+struct LookBenchmarkOptions {
+    std::string colorImage; ///< of all scenes; empty: as their materials say
+    std::string keepFolder; ///< where pictures are kept; empty: nowhere
+};
+
+/// Draws every scene, a mesh file, at an error of one pixel and all triangles of its source, under the same light from four distances,
+/// and compares the pictures.
+BenchmarkResult benchmarkLook(const std::vector<Scene>& scenes, const LookBenchmarkOptions& options);
 
 /// 0 without values.
 double median(std::vector<double> values);

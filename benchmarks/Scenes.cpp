@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <set>
 #include <stdexcept>
 
 namespace osgTessLOD::benchmarks {
@@ -19,15 +20,18 @@ Scene fileScene(const std::filesystem::path& path)
     return {path.stem().string(), path.string()};
 }
 
-std::vector<Scene> scansOf(const std::filesystem::path& folder)
+/// Files of these extensions in a folder of OSGTESSLOD_DATA, in the order of their names; none without the variable.
+std::vector<Scene> dataScenes(const char* folderName, const std::set<std::string>& extensions)
 {
+    const char* data = std::getenv("OSGTESSLOD_DATA");
+    if (data == nullptr || *data == '\0') { return {}; }
+    const std::filesystem::path folder = std::filesystem::path(data) / folderName;
     if (!std::filesystem::is_directory(folder)) {
         throw std::runtime_error("OSGTESSLOD_DATA: " + folder.string() + " is no folder");
     }
     std::vector<Scene> scenes;
     for (const std::filesystem::directory_entry& entry : std::filesystem::directory_iterator(folder)) {
-        const std::string extension = entry.path().extension().string();
-        if (extension == ".ply" || extension == ".obj") { scenes.push_back(fileScene(entry.path())); }
+        if (extensions.count(entry.path().extension().string()) != 0) { scenes.push_back(fileScene(entry.path())); }
     }
     std::sort(scenes.begin(), scenes.end(), [](const Scene& a, const Scene& b) { return a.source < b.source; });
     return scenes;
@@ -49,12 +53,14 @@ std::vector<Scene> allScenes()
 {
     std::vector<Scene> scenes;
     for (const std::string& name : bake::builtinSurfaceNames()) { scenes.push_back({name, kBuiltinPrefix + name}); }
-    const char* data = std::getenv("OSGTESSLOD_DATA");
-    if (data != nullptr && *data != '\0') {
-        const std::vector<Scene> scans = scansOf(std::filesystem::path(data) / "scans");
-        scenes.insert(scenes.end(), scans.begin(), scans.end());
-    }
+    const std::vector<Scene> scans = dataScenes("scans", {".ply", ".obj"});
+    scenes.insert(scenes.end(), scans.begin(), scans.end());
     return scenes;
+}
+
+std::vector<Scene> terrainScenes()
+{
+    return dataScenes("terrain", {".tif"});
 }
 
 std::vector<Scene> quickScenes()

@@ -23,6 +23,7 @@ struct Arguments {
     std::vector<std::string> scenes;
     std::string jsonFile;
     BakeBenchmarkOptions bake;
+    LookBenchmarkOptions look;
     std::vector<std::string> methods;
     unsigned frames = 20;
     unsigned sceneFrames = SceneBenchmarkOptions().frames;
@@ -85,7 +86,7 @@ void printTables(const std::vector<ResultTable>& tables, bool markdown)
     }
 }
 
-enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory, Scene, Throughput };
+enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory, Scene, Throughput, Terrain, Look };
 
 BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const Arguments& arguments)
 {
@@ -105,6 +106,8 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
         return benchmarkBound(scenes, arguments.quick ? kQuickViews : arguments.views,
                               arguments.quick ? kQuickPoints : arguments.points);
     case Command::Memory: return benchmarkMemory(scenes);
+    case Command::Terrain: return benchmarkTerrain(scenes);
+    case Command::Look: return benchmarkLook(scenes, arguments.look);
     case Command::Scene:
         return benchmarkScenes(scenes, arguments.quick
                                            ? SceneBenchmarkOptions{1, std::min(maxFactor, kQuickSceneFactor)}
@@ -136,6 +139,7 @@ bool takesBakedScenes(Command command)
 int run(Command command, const Arguments& arguments)
 {
     std::vector<Scene> scenes = scenesOf(arguments);
+    if (command == Command::Terrain && arguments.scenes.empty()) { scenes = terrainScenes(); }
     if (takesScansByName(command) && arguments.scenes.empty()) {
         scenes.erase(std::remove_if(scenes.begin(), scenes.end(), [](const Scene& s) { return !isBuiltin(s); }),
                      scenes.end());
@@ -197,7 +201,12 @@ int main(int argc, char** argv)
         ->check(CLI::Range(1, 100000));
     CLI::App* memory = app.add_subcommand("memory", "bytes on the GPU and in the file per vertex");
     CLI::App* throughput = app.add_subcommand("throughput", "triangles per second, relative to a static mesh of them");
-    for (CLI::App* command : {bound, view, select, memory, scene, throughput}) { declareCommon(*command, arguments); }
+    CLI::App* terrain = app.add_subcommand("terrain", "height errors of what is drawn, beside grids and meshoptimizer");
+    CLI::App* look = app.add_subcommand("look", "pictures of what is drawn, compared with those of all triangles");
+    look->add_option("--color-image", arguments.look.colorImage, "image of the surface's colour")->check(CLI::ExistingFile);
+    look->add_option("--keep", arguments.look.keepFolder, "keep the pictures in this folder")->check(CLI::ExistingDirectory);
+    for (CLI::App* command : {bound, view, select, memory, scene, throughput, terrain, look}) { declareCommon(*command, arguments); }
+    look->get_option("--scene")->required();
     declareCommon(*bake, arguments);
     declareCommon(*levels, arguments);
     declareCommon(*ladder, arguments);
@@ -241,6 +250,8 @@ int main(int argc, char** argv)
                    : memory->parsed()     ? Command::Memory
                    : scene->parsed()      ? Command::Scene
                    : throughput->parsed() ? Command::Throughput
+                   : terrain->parsed()    ? Command::Terrain
+                   : look->parsed()       ? Command::Look
                                           : Command::Metric,
                    arguments);
     } catch (const std::exception& error) {

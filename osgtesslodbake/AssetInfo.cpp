@@ -26,6 +26,21 @@ nlohmann::ordered_json describeLevel(const AssetSummary::Level& level, bool hasU
     return json;
 }
 
+nlohmann::ordered_json describeMaterial(const LodAsset& asset, std::size_t number)
+{
+    const LodMaterial& material = asset.materials[number];
+    const auto& numbers = asset.patchMaterials;
+    nlohmann::ordered_json json;
+    json["name"] = material.name;
+    json["patches"] = numbers.empty() ? static_cast<std::ptrdiff_t>(asset.patches.size())
+                                      : std::count(numbers.begin(), numbers.end(), number);
+    for (const LodTexture& texture : material.textures) {
+        json["textures"].push_back(
+            {{"name", texture.name}, {"image", texture.image}, {"embedded", asset.imageOf(texture) != nullptr}});
+    }
+    return json;
+}
+
 } // namespace
 
 std::string describeTlod(const std::string& path)
@@ -56,7 +71,7 @@ std::string describeTlod(const std::string& path)
                           {"max", {origin[0] + UvLattice::kUnits * step[0], origin[1] + UvLattice::kUnits * step[1]}},
                           {"step", step}};
     }
-    if (!asset.colorImage.empty()) { json["color_image"] = asset.colorImage; }
+    for (std::size_t m = 0; m < asset.materials.size(); ++m) { json["materials"].push_back(describeMaterial(asset, m)); }
     json["colors"] = asset.hasColors();
 
     std::uint64_t fileBytes = 0;

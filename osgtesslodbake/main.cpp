@@ -4,6 +4,7 @@
 #include "ConsoleProgress.h"
 
 #include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/asset/AssetImages.h>
 #include <osgTessLOD/asset/AtomicFile.h>
 #include <osgTessLOD/asset/SurfaceMesh.h>
 #include <osgTessLOD/asset/TlodFile.h>
@@ -40,6 +41,7 @@ struct Arguments {
     std::vector<double> spacing;
     bool noNormals = false;
     bool noUvs = false;
+    bool embedTextures = false;
     bool quiet = false;
     bake::BakeOptions bake;
 };
@@ -89,6 +91,7 @@ void declareArguments(CLI::App& app, Arguments& arguments)
         ->capture_default_str();
     app.add_option("--color-image", arguments.colorImage,
                    "image file of the surface's colour by its texture coordinates, which the asset will name");
+    app.add_flag("--embed-textures", arguments.embedTextures, "put the images of the materials into the file");
     app.add_option("--base", arguments.bake.base,
                    "coarse mesh file with the same texture coordinates, whose triangles become the patches");
     app.add_option("--uv-tolerance", arguments.bake.uvTolerance,
@@ -118,7 +121,11 @@ void declareArguments(CLI::App& app, Arguments& arguments)
         ->capture_default_str();
     app.add_option("--threads", arguments.bake.threads, "threads to use; 0: all processors")->capture_default_str();
     app.add_flag("--no-normals", arguments.noNormals, "store no normal texture");
+    app.add_option("--normal-resolution", arguments.bake.normalResolution,
+                   "normals along a side of each patch, a power of two; 0: twice the finest factor, the most");
     app.add_flag("--no-uvs", arguments.noUvs, "leave texture coordinates out, and do without their seams");
+    app.add_flag("--strict", arguments.bake.strict,
+                 "refuse sources that have to be repaired or refer to files that are not there");
     app.add_flag("-q,--quiet", arguments.quiet, "show no progress");
     auto* info = app.add_option("--info", arguments.info, "print what is in this .tlod file as JSON");
     auto* check = app.add_option("--check", arguments.check, "tell whether this .tlod file is sound");
@@ -128,13 +135,21 @@ void declareArguments(CLI::App& app, Arguments& arguments)
     check->excludes(exported);
 }
 
-/// The image as seen from the folder of the asset's file.
-void nameColorImage(const Arguments& arguments, LodAsset& asset)
+void placeImages(const Arguments& arguments, LodAsset& asset)
 {
-    if (arguments.colorImage.empty()) { return; }
-    if (!asset.hasUvs()) { throw AssetError(arguments.source + ": no texture coordinates for a colour image"); }
-    const auto folder = std::filesystem::absolute(arguments.output).parent_path();
-    asset.colorImage = std::filesystem::proximate(std::filesystem::absolute(arguments.colorImage), folder).generic_string();
+    try {
+        if (!arguments.colorImage.empty()) { setColorImage(asset, arguments.colorImage); }
+        if (arguments.embedTextures) { embedImages(asset); }
+        moveReferences(asset, "", std::filesystem::path(arguments.output).parent_path().string());
+    } catch (const AssetError& error) {
+        throw AssetError(arguments.source + ": " + error.what());
+    }
+}
+
+void printFindings(const bake::BakeReport& report)
+{
+    if (!report.repairs.empty()) { fmt::print(stderr, "{}: repaired: {}\n", report.source, fmt::join(report.repairs, "; ")); }
+    for (const std::string& warning : report.warnings) { fmt::print(stderr, "{}: warning: {}\n", report.source, warning); }
 }
 
 void bakeToFile(Arguments& arguments)
@@ -150,7 +165,7 @@ void bakeToFile(Arguments& arguments)
     ConsoleProgress progress(arguments.quiet);
     bake::BakeReport report;
     LodAsset asset = bake::bakeSource(arguments.source, arguments.bake, progress, report);
-    nameColorImage(arguments, asset);
+    placeImages(arguments, asset);
     writeTlod(arguments.output, asset);
     if (!arguments.report.empty()) {
         AtomicFile file(arguments.report);
@@ -158,6 +173,7 @@ void bakeToFile(Arguments& arguments)
         file.commit();
     }
     if (!arguments.quiet) {
+        printFindings(report);
         const double error = report.stored.largestFinestError;
         fmt::print(stderr,
                    "{}: {} triangles in {} patches, {} at the finest levels, error {:.3g} ({:.4f} % of the diagonal), "

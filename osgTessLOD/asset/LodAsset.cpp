@@ -398,6 +398,31 @@ void checkNormals(const LodAsset& asset)
     if (normals.levels.size() != level) { fail("normals have too many levels"); }
 }
 
+void checkMaterials(const LodAsset& asset)
+{
+    const std::vector<std::uint16_t>& numbers = asset.patchMaterials;
+    if (asset.materials.size() > LodAsset::kMaxMaterials) { fail("more materials than 16 bits can number"); }
+    if (numbers.size() != (asset.materials.size() > 1 ? asset.patches.size() : 0)) {
+        fail(numbers.size(), " patches have one of ", asset.materials.size(), " materials");
+    }
+    for (std::size_t p = 0; p < numbers.size(); ++p) {
+        if (numbers[p] >= asset.materials.size()) { fail("patch ", p, ": material out of range"); }
+    }
+    for (std::size_t m = 0; m < asset.materials.size(); ++m) {
+        const LodReflectance& r = asset.materials[m].reflectance;
+        if (!allFinite(r.ambient) || !allFinite(r.diffuse) || !allFinite(r.specular) || !allFinite(r.emission) ||
+            !(r.shininess >= 0.0F && r.shininess <= 128.0F)) {
+            fail("material ", m, ": a number is out of range");
+        }
+        for (const LodTexture& texture : asset.materials[m].textures) {
+            if (texture.image.empty()) { fail("material ", m, ": a texture has no image"); }
+        }
+    }
+    for (std::size_t i = 0; i < asset.images.size(); ++i) {
+        if (asset.images[i].name.empty() || asset.images[i].bytes.empty()) { fail("image ", i, " is empty"); }
+    }
+}
+
 } // namespace
 
 std::uint32_t UvLattice::encode(float u, float v) const
@@ -426,6 +451,13 @@ std::array<float, 3> LodAsset::position(const LodPatch& patch, LodVertex vertex)
     return result;
 }
 
+const LodImage* LodAsset::imageOf(const LodTexture& texture) const
+{
+    const auto found =
+        std::find_if(images.begin(), images.end(), [&](const LodImage& image) { return image.name == texture.image; });
+    return found != images.end() ? &*found : nullptr;
+}
+
 void LodAsset::validate() const
 {
     checkLadder(*this);
@@ -434,6 +466,7 @@ void LodAsset::validate() const
     checkUvLattice(*this);
     for (std::size_t level = 0; level < levels.size(); ++level) { checkLevel(*this, level); }
     checkNormals(*this);
+    checkMaterials(*this);
 }
 
 } // namespace osgTessLOD

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/LodMaterial.h>
 #include <osgTessLOD/asset/ViewError.h>
 
 #include <array>
@@ -123,6 +124,7 @@ struct NormalTexture {
 /// What a bake produces and a renderer consumes.
 struct OSGTESSLOD_EXPORT LodAsset {
     static constexpr std::size_t kMaxLevels = 16;
+    static constexpr std::size_t kMaxMaterials = 65536;
 
     std::string technique;               ///< how the levels were made: "uniform", …
     std::string source;                  ///< what they were made from, for people
@@ -135,12 +137,16 @@ struct OSGTESSLOD_EXPORT LodAsset {
     std::vector<LodLevel> levels;        ///< one per ladder entry
     NormalTexture normals;
     UvLattice uvLattice;                 ///< of the levels' uvs
-    /// Image file of the surface's colour by texture coordinates, relative to the folder of the asset's own; empty: none.
-    std::string colorImage;
+    std::vector<LodMaterial> materials;  ///< empty: the scene's state is all there is
+    /// Of each patch, an index into materials; empty where there is no choice. Borders between materials are borders of patches.
+    std::vector<std::uint16_t> patchMaterials;
+    std::vector<LodImage> images;        ///< that textures of materials refer to by name; the others are files
     std::array<float, 3> boundsMin{};    ///< box around every level's surface, asset frame
     std::array<float, 3> boundsMax{};
 
     bool hasUvs() const { return !levels.empty() && !levels.front().uvs.empty(); }
+    /// The image in the asset that a texture refers to; null: it is a file.
+    const LodImage* imageOf(const LodTexture& texture) const;
     bool hasColors() const { return !levels.empty() && !levels.front().colors.empty(); }
 
     /// Position of each patch within level `level`, kNoPatch for those that do not reach it. Its vertices start at
@@ -154,7 +160,7 @@ struct OSGTESSLOD_EXPORT LodAsset {
     /// patches and edges referring to each other, vertices as many as the levels need, parents in range and on the border
     /// where their child is and along it without gaps, shared border vertices and corners equal on both sides, parameters
     /// inside the patch or on its sides as their vertices are and alike from both, texture coordinates and colours at every
-    /// vertex or none and colours alike from both sides of a border, numbers finite. That bounds hold what they say they hold is not checked.
+    /// vertex or none and colours alike from both sides of a border, materials in range, numbers finite. That bounds hold what they say they hold is not checked.
     void validate() const;
 };
 

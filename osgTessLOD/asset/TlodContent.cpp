@@ -34,6 +34,34 @@ void checkCounts(const ContentCounts& counts)
     if (counts.levelPatches.front() != counts.patches) { throw AssetError("not every patch has level 0"); }
 }
 
+template <class Stream, class Reflectance> void passReflectance(Stream& stream, Reflectance& r)
+{
+    stream.fields(r.ambient, r.diffuse, r.specular, r.emission, r.shininess);
+}
+
+LodTexture decodeTexture(ByteReader& in)
+{
+    std::uint8_t role = 0;
+    LodTexture texture;
+    in.fields(role, texture.name, texture.image);
+    if (role >= LodTexture::kRoles) { throw AssetError("a texture has a role that is not known"); }
+    texture.role = static_cast<LodTexture::Role>(role);
+    return texture;
+}
+
+LodMaterial decodeMaterial(ByteReader& in)
+{
+    LodMaterial material;
+    std::uint8_t hasReflectance = 0;
+    std::uint32_t textures = 0;
+    in.fields(material.name, hasReflectance);
+    material.hasReflectance = hasReflectance != 0;
+    passReflectance(in, material.reflectance);
+    in.field(textures);
+    for (std::uint32_t k = 0; k < textures; ++k) { material.textures.push_back(decodeTexture(in)); }
+    return material;
+}
+
 } // namespace
 
 Bytes encodeMeta(const LodAsset& asset)
@@ -73,6 +101,51 @@ ContentCounts decodeMeta(const Bytes& content, LodAsset& asset)
     in.expectEnd();
     checkCounts(counts);
     return counts;
+}
+
+Bytes encodeMaterials(const std::vector<LodMaterial>& materials)
+{
+    ByteWriter out;
+    out.field(static_cast<std::uint32_t>(materials.size()));
+    for (const LodMaterial& material : materials) {
+        out.fields(material.name, static_cast<std::uint8_t>(material.hasReflectance ? 1 : 0));
+        passReflectance(out, material.reflectance);
+        out.field(static_cast<std::uint32_t>(material.textures.size()));
+        for (const LodTexture& texture : material.textures) {
+            out.fields(static_cast<std::uint8_t>(texture.role), texture.name, texture.image);
+        }
+    }
+    if (out.bytes.size() > kMaxMaterialBytes) { throw AssetError("the materials take more than 16 MiB"); }
+    return std::move(out.bytes);
+}
+
+std::vector<LodMaterial> decodeMaterials(const Bytes& content)
+{
+    ByteReader in(content.data(), content.size());
+    std::uint32_t count = 0;
+    in.field(count);
+    std::vector<LodMaterial> materials;
+    for (std::uint32_t k = 0; k < count; ++k) { materials.push_back(decodeMaterial(in)); }
+    in.expectEnd();
+    return materials;
+}
+
+Bytes encodeImage(const LodImage& image)
+{
+    ByteWriter out;
+    out.bytes.reserve(sizeof(std::uint32_t) + image.name.size() + image.bytes.size()); // and GCC sees where it writes
+    out.field(image.name);
+    out.bytes.insert(out.bytes.end(), image.bytes.begin(), image.bytes.end());
+    return std::move(out.bytes);
+}
+
+LodImage decodeImage(const Bytes& content)
+{
+    ByteReader in(content.data(), content.size());
+    LodImage image;
+    in.field(image.name);
+    image.bytes.assign(content.begin() + static_cast<std::ptrdiff_t>(sizeof(std::uint32_t) + image.name.size()), content.end());
+    return image;
 }
 
 } // namespace osgTessLOD

@@ -11,7 +11,9 @@ namespace osgTessLOD {
 
 // What is in the chunks of a .tlod file, byte by byte. Private to the asset room.
 
-constexpr std::uint64_t kMaxMetaBytes = 1U << 20; ///< META is the only chunk whose size nothing else tells
+// Of the chunks whose sizes nothing else tells.
+constexpr std::uint64_t kMaxMetaBytes = 1U << 20;
+constexpr std::uint64_t kMaxMaterialBytes = 1U << 24;
 
 /// What META tells of the other chunks.
 struct ContentCounts {
@@ -27,6 +29,15 @@ Bytes encodeMeta(const LodAsset& asset);
 /// Fills in the asset's ladder and constants. The counts keep each other in bounds: no chunk can be much larger than what
 /// the patches ask for. Throws AssetError where they do not, and where the content ends early or late.
 ContentCounts decodeMeta(const Bytes& content, LodAsset& asset);
+
+/// Throws AssetError if there is more than kMaxMaterialBytes.
+Bytes encodeMaterials(const std::vector<LodMaterial>& materials);
+/// Throws AssetError where the content ends early or late, or a role is none.
+std::vector<LodMaterial> decodeMaterials(const Bytes& content);
+
+Bytes encodeImage(const LodImage& image);
+/// Throws AssetError where the content ends within the name.
+LodImage decodeImage(const Bytes& content);
 
 /// Of what a chunk lists: bytes an item, and the fields in their order for ByteWriter and ByteReader alike.
 template <class Item> struct ItemFormat;
@@ -66,6 +77,11 @@ template <> struct ItemFormat<LevelError> {
 template <> struct ItemFormat<UvLattice> {
     static constexpr std::size_t kBytes = 16;
     template <class Stream, class Grid> static void pass(Stream& stream, Grid& grid) { stream.fields(grid.origin, grid.step); }
+};
+
+template <> struct ItemFormat<std::uint16_t> {
+    static constexpr std::size_t kBytes = 2;
+    template <class Stream, class Number> static void pass(Stream& stream, Number& number) { stream.field(number); }
 };
 
 template <> struct ItemFormat<float> {

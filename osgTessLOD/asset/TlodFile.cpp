@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <new>
 
@@ -29,12 +30,13 @@ constexpr std::uint32_t kUvLattice = chunkType("UVGR");
 constexpr std::uint32_t kUvErrors = chunkType("LVLT");
 constexpr std::uint32_t kUvs = chunkType("LVLU");
 constexpr std::uint32_t kColors = chunkType("LVLC");
-constexpr std::uint32_t kColorImage = chunkType("CIMG");
+constexpr std::uint32_t kMaterials = chunkType("MATL");
+constexpr std::uint32_t kPatchMaterials = chunkType("PMAT");
+constexpr std::uint32_t kImage = chunkType("IMAG");
 constexpr std::uint32_t kNormals = chunkType("NRML");
 
 constexpr std::size_t kVertexBytes = sizeof(LodVertex);
 constexpr std::size_t kWordBytes = 4; ///< parameters, texture coordinates, colours and normals
-constexpr std::size_t kMaxImageName = 4096;
 
 using WordEncoder = void (*)(unsigned, const std::vector<std::uint32_t>&, std::uint8_t*);
 using WordDecoder = void (*)(unsigned, std::vector<std::uint32_t>&);
@@ -58,8 +60,8 @@ TlodContainerWriter makeFile(const LodAsset& asset)
     file.addChunk(kEdge, 0, encodeItems(asset.edges));
     file.addChunk(kPatch, 0, encodeItems(asset.patches));
     if (asset.hasUvs()) { file.addChunk(kUvLattice, 0, encodeItems(std::vector<UvLattice>{asset.uvLattice})); }
-    if (asset.colorImage.size() > kMaxImageName) { throw AssetError("the colour image's name is longer than 4096 bytes"); }
-    if (!asset.colorImage.empty()) { file.addChunk(kColorImage, 0, Bytes(asset.colorImage.begin(), asset.colorImage.end())); }
+    if (!asset.materials.empty()) { file.addChunk(kMaterials, 0, encodeMaterials(asset.materials)); }
+    if (!asset.patchMaterials.empty()) { file.addChunk(kPatchMaterials, 0, encodeItems(asset.patchMaterials)); }
     for (std::size_t l = 0; l < asset.levels.size(); ++l) {
         const LodLevel& level = asset.levels[l];
         file.addChunk(kErrors, l, encodeItems(level.errors));
@@ -71,6 +73,7 @@ TlodContainerWriter makeFile(const LodAsset& asset)
         addWords(file, kUvs, l, encodeUvs, asset.ladder[l], level.uvs);
         addWords(file, kColors, l, encodeColors, asset.ladder[l], level.colors);
     }
+    for (std::size_t k = 0; k < asset.images.size(); ++k) { file.addChunk(kImage, k, encodeImage(asset.images[k])); }
     for (std::size_t l = 0; l < asset.normals.levels.size(); ++l) {
         addWords(file, kNormals, l, encodeNormals, 1U << l, asset.normals.levels[l]);
     }
@@ -98,13 +101,20 @@ template <class Decode> auto decodeChunk(const ChunkEntry& entry, const Decode& 
     }
 }
 
+/// What `decode` makes of a chunk of which nothing else tells the size.
+template <class Decode>
+auto readWhole(TlodContainerReader& file, std::uint32_t type, std::uint32_t level, std::uint64_t most, const Decode& decode)
+{
+    const ChunkEntry entry = file.take(type, level);
+    if (entry.content > most) { failChunk(entry, "is too large"); }
+    Bytes content(entry.content);
+    if (!content.empty()) { file.readContent(entry, content.data()); }
+    return decodeChunk(entry, [&] { return decode(content); });
+}
+
 ContentCounts readMeta(TlodContainerReader& file, LodAsset& asset)
 {
-    const ChunkEntry entry = file.take(kMeta, 0);
-    if (entry.content > kMaxMetaBytes) { failChunk(entry, "is too large"); }
-    Bytes content(entry.content);
-    file.readContent(entry, content.data());
-    return decodeChunk(entry, [&] { return decodeMeta(content, asset); });
+    return readWhole(file, kMeta, 0, kMaxMetaBytes, [&](const Bytes& content) { return decodeMeta(content, asset); });
 }
 
 template <class Item>
@@ -136,7 +146,7 @@ void checkNothingLeft(const TlodContainerReader& file)
 {
     for (const ChunkEntry& entry : file.entries()) {
         for (const std::uint32_t known : {kMeta, kBase, kEdge, kPatch, kErrors, kVertices, kParameters, kUvLattice, kUvErrors,
-                                          kUvs, kColors, kColorImage, kNormals}) {
+                                          kUvs, kColors, kMaterials, kPatchMaterials, kImage, kNormals}) {
             if (entry.type == known) { failChunk(entry, "is there twice or belongs to no level"); }
         }
     }
@@ -158,13 +168,15 @@ void readAttributeFrame(TlodContainerReader& file, LodAsset& asset)
         readItems(file, kUvLattice, 0, 1, lattice);
         asset.uvLattice = lattice.front();
     }
-    if (!file.has(kColorImage, 0)) { return; }
-    const ChunkEntry entry = file.take(kColorImage, 0);
-    if (entry.content == 0 || entry.content > kMaxImageName) { failChunk(entry, "is empty or too large"); }
-    Bytes name(entry.content);
-    file.readContent(entry, name.data());
-    if (std::find(name.begin(), name.end(), 0) != name.end()) { failChunk(entry, "is no name"); }
-    asset.colorImage.assign(name.begin(), name.end());
+}
+
+void readMaterials(TlodContainerReader& file, LodAsset& asset)
+{
+    if (file.has(kMaterials, 0)) { asset.materials = readWhole(file, kMaterials, 0, kMaxMaterialBytes, decodeMaterials); }
+    if (file.has(kPatchMaterials, 0)) { readItems(file, kPatchMaterials, 0, asset.patches.size(), asset.patchMaterials); }
+    for (std::uint32_t k = 0; file.has(kImage, k); ++k) {
+        asset.images.push_back(readWhole(file, kImage, k, std::numeric_limits<std::uint64_t>::max(), decodeImage));
+    }
 }
 
 LodAsset readAsset(std::istream& stream)
@@ -176,6 +188,7 @@ LodAsset readAsset(std::istream& stream)
     readItems(file, kEdge, 0, counts.edges, asset.edges);
     readItems(file, kPatch, 0, counts.patches, asset.patches);
     readAttributeFrame(file, asset);
+    readMaterials(file, asset);
     asset.levels.resize(asset.ladder.size());
     for (std::uint32_t l = 0; l < asset.levels.size(); ++l) {
         LodLevel& level = asset.levels[l];

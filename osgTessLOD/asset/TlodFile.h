@@ -31,7 +31,10 @@ namespace osgTessLOD {
 //     UVGR                if the asset has texture coordinates: their UvLattice, origin and step (16 bytes)
 //     LVLT LVLU           after a level's LVLP, if so: their errors (4 bytes a patch), texture coordinates (4 bytes a vertex)
 //     LVLC                after these, if the asset has colours (4 bytes a vertex)
-//     CIMG                the colour image's name, 1 to 4096 bytes, if there is one
+//     MATL                the materials, if there are any: their number u32, then each one's fields in order; texts are
+//                         length u32 and bytes, lists number u32 and items, booleans and roles u8
+//     PMAT                with several materials: each patch's (2 bytes)
+//     IMAG                per image in the asset, `level` its number: name as a text, then the bytes
 //     NRML                per normal resolution, `level` its logarithm (4 bytes a texel, VertexCodec.h)
 
 /// A chunk of a .tlod file as its table of contents lists it.

@@ -101,6 +101,13 @@ void copyTopology(const PatchTopology& topology, const std::vector<FinestLevels>
     }
 }
 
+void copyMaterials(const PatchMap& map, LodAsset& asset)
+{
+    asset.materials = map.materials();
+    if (asset.materials.size() < 2) { return; }
+    for (std::uint32_t p = 0; p < asset.patches.size(); ++p) { asset.patchMaterials.push_back(map.materialOf(p)); }
+}
+
 /// Sizes the levels for the patches that reach them. Returns the patches' slots in each.
 std::vector<std::vector<std::uint32_t>> makeRoom(const LevelHierarchy& hierarchy, LodAsset& asset)
 {
@@ -312,6 +319,7 @@ LodAsset assembleAsset(const PatchMap& map, const ChartSet& charts, const LevelH
     asset.ladder = hierarchy.ladder;
     asset.lattice = frame.lattice();
     copyTopology(topology, finest, asset);
+    copyMaterials(map, asset);
     asset.baseVertices.resize(topology.vertexCount);
     for (std::size_t p = 0; p < patches; ++p) {
         for (std::size_t k = 0; k < 3; ++k) {

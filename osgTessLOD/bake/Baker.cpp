@@ -15,6 +15,7 @@
 #include <osgTessLOD/bake/UniformLevels.h>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 #include <tbb/global_control.h>
@@ -88,9 +89,12 @@ std::vector<std::uint16_t> ladderOf(const BakeOptions& options)
     return ladder;
 }
 
-/// Throws for levels that cannot be made: before anything is read.
+/// Throws for levels and normals that cannot be made: before anything is read.
 void checkLevels(const BakeOptions& options)
 {
+    if ((options.normalResolution & (options.normalResolution - 1)) != 0) {
+        throw AssetError("the resolution of normals must be a power of two, not " + std::to_string(options.normalResolution));
+    }
     ladderOf(options);
     const auto& names = techniqueNames();
     if (std::find(names.begin(), names.end(), options.technique) == names.end()) {
@@ -109,11 +113,24 @@ auto inOneStep(const std::string& stage, const std::string& unit, Progress& prog
     return result;
 }
 
+/// With the option `strict`, throws where anything was repaired or missing.
+void checkStrict(const std::string& source, const BakeOptions& options, const BakeReport& report)
+{
+    std::vector<std::string> faults = report.repairs;
+    faults.insert(faults.end(), report.warnings.begin(), report.warnings.end());
+    if (!options.strict || faults.empty()) { return; }
+    throw AssetError(fmt::format("{}: not baked, as it is not sound: {}", source, fmt::join(faults, "; ")));
+}
+
 /// In its own space.
-void clean(SourceMesh& mesh, Progress& progress, BakeReport& report)
+void clean(SourceMesh& mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
     report.cleaning = inOneStep("clean", "mesh", progress, report, [&] { return cleanMesh(mesh); });
     report.isMesh = true;
+    const std::vector<std::string> repairs = repairsOf(report.cleaning);
+    report.repairs.insert(report.repairs.end(), repairs.begin(), repairs.end());
+    report.warnings = mesh.warnings;
+    checkStrict(mesh.name, options, report);
 }
 
 /// A surface in patches, and what it is made of.
@@ -124,32 +141,33 @@ struct MappedSource {
     unsigned finestFactor = 64;             ///< a larger one shows nothing more
 };
 
-/// Refuses texture coordinates in so many pieces that the charts of the patches between their seams would not fit into memory.
-void checkSeams(const ControlMesh& mesh, const BakeOptions& options)
+/// Refuses texture coordinates or materials in so many pieces that the charts of the patches between their seams would not fit into memory.
+void checkSeams(const ControlMesh& mesh, const BakeOptions& options, unsigned factor)
 {
     constexpr double kMostBytes = 8e9;
     constexpr double kMostGrowth = 4.0; // beyond it, it is seams that are to blame
     constexpr double kVertexBytes = sizeof(Eigen::Vector3d) + sizeof(Eigen::Vector3f) + sizeof(Eigen::Vector2f);
-    if (!mesh.attributes().uvs) { return; }
+    if (!mesh.attributes().uvs && !mesh.attributes().materials) { return; }
     const auto triangles = static_cast<double>(mesh.sourceTriangles());
     const double wanted = options.controlMesh.patches != 0 ? static_cast<double>(options.controlMesh.patches)
                                                            : triangles / options.controlMesh.trianglesPerPatch;
     const auto patches = static_cast<double>(mesh.topology().patches.size());
     const double bytes =
-        patches * TessellationPattern::vertexCount(kReferenceOversampling * options.maxFactor) * kVertexBytes;
+        patches * TessellationPattern::vertexCount(kReferenceOversampling * factor) * kVertexBytes;
     if (patches <= kMostGrowth * std::max(wanted, 1.0) || bytes <= kMostBytes) { return; }
     throw AssetError(
-        fmt::format("{}: the seams of its texture coordinates leave no fewer than {} patches, whose charts would "
+        fmt::format("{}: the seams of its texture coordinates and materials leave no fewer than {} patches, whose charts would "
                     "take {:.0f} GB: bake with a smaller largest factor or without texture coordinates, or unwrap "
                     "it into fewer pieces",
                     mesh.name(), mesh.topology().patches.size(), bytes / 1e9));
 }
 
 /// Of thousands of pieces of a few triangles each, every one has a patch at least, whose finest levels would show nothing but
-/// the same triangles: the largest factor that does not make a thousand triangles of one, or some millions of all.
+/// the same triangles: the largest factor that does not make 32 triangles of one, or some millions of all. Of a scan in one
+/// piece, patches at their finest have 4 to 26 triangles for each of the source's.
 unsigned finestFactorFor(const ControlMesh& mesh)
 {
-    constexpr std::uint64_t kMostPerTriangle = 1000;
+    constexpr std::uint64_t kMostPerTriangle = 32;
     constexpr std::uint64_t kFewTriangles = 4'000'000;
     const std::uint64_t most = std::max<std::uint64_t>(kMostPerTriangle * mesh.sourceTriangles(), kFewTriangles);
     unsigned factor = 64;
@@ -166,11 +184,10 @@ MappedSource makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progre
     auto controlMesh = timed(report, "control mesh", [&] {
         return std::make_unique<ControlMesh>(std::move(mesh), options.controlMesh, progress);
     });
-    checkSeams(*controlMesh, options);
-    const unsigned finest = options.ladder.empty() ? finestFactorFor(*controlMesh) : options.maxFactor;
+    const unsigned finest = options.ladder.empty() ? std::min(options.maxFactor, finestFactorFor(*controlMesh)) : options.maxFactor;
+    checkSeams(*controlMesh, options, finest);
     auto patches = timed(report, "refine patches", [&] {
-        return std::make_unique<RefinedPatches>(std::move(controlMesh), std::min(options.maxFactor, finest),
-                                                options.patchTolerance, progress);
+        return std::make_unique<RefinedPatches>(std::move(controlMesh), finest, options.patchTolerance, progress);
     });
     const SourceMesh& source = patches->base().source();
     const SourceSamples& samples = patches->sourceSamples();
@@ -206,7 +223,7 @@ MappedSource makeDisplacedPatches(const SourceMesh& mesh, const BakeOptions& opt
 
 MappedSource mapMesh(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
-    clean(mesh, progress, report);
+    clean(mesh, options, progress, report);
     if (!options.uvs && options.displacement.empty()) { mesh.uvs.clear(); }
     if (!options.displacement.empty()) { return makeDisplacedPatches(mesh, options, report); }
     return options.base.empty() ? makeMeshPatches(std::move(mesh), options, progress, report)
@@ -220,9 +237,11 @@ MappedSource mapTerrain(const std::string& path, const BakeOptions& options, Pro
         inOneStep("import", "file", progress, report, [&] { return readHeightField(path, options.heights); });
     report.filledVoids = timed(report, "voids", [&] { return fillVoids(field, options.heights.largestFilledVoid); });
     report.voids = field.voids();
+    if (report.filledVoids > 0) { report.repairs.push_back(fmt::format("{} samples without data filled", report.filledVoids)); }
+    checkStrict(path, options, report);
     if (report.voids > 0) {
         SourceMesh mesh = triangulate(field);
-        clean(mesh, progress, report);
+        clean(mesh, options, progress, report);
         return makeMeshPatches(std::move(mesh), options, progress, report);
     }
     auto terrain = timed(report, "terrain", [&] {
@@ -326,7 +345,9 @@ LodAsset bakeSurface(const std::string& source, const BakeOptions& options, Prog
     asset.sourceTriangles = surface.map->sourceTriangles();
     if (options.normals) {
         asset.normals = timed(report, "normals", [&] {
-            return bakeNormals(surface.map->topology(), surface.charts, surface.charts.factor, progress);
+            const unsigned most = surface.charts.factor;
+            const unsigned resolution = options.normalResolution == 0 ? most : std::min(options.normalResolution, most);
+            return bakeNormals(surface.map->topology(), surface.charts, resolution, progress);
         });
     } else {
         for (LodLevel& level : asset.levels) { level.parameters.clear(); } // only normals are looked up by them
@@ -395,6 +416,8 @@ std::string BakeReport::toJson() const
                             {"components", cleaning.components},
                             {"faces_without_uvs", cleaning.facesWithoutUvs}};
     }
+    if (!repairs.empty()) { json["repairs"] = repairs; }
+    if (!warnings.empty()) { json["warnings"] = warnings; }
     if (voids + filledVoids > 0) { json["voids"] = {{"filled", filledVoids}, {"left_open", voids}}; }
     if (largestChartError > 0.0) { json["largest_chart_error"] = largestChartError; }
     for (const AssetSummary::Level& level : stored.levels) {

@@ -47,7 +47,11 @@ struct BakeOptions {
     StripOptions strips;                    ///< for technique "strips"
     /// Rising factors of the levels, 1 and even ones, the last one maxFactor; empty: powers of two. `strips` only.
     std::vector<std::uint16_t> ladder;
+    bool strict = false;                    ///< refuse sources that have to be repaired or that refer to what is not there
     bool normals = true;
+    /// Normals along a side of each patch, a power of two; 0: as many as the reference has, twice the factor of the finest level,
+    /// which is also the most.
+    unsigned normalResolution = 0;
     bool uvs = true;                        ///< bake a mesh's texture coordinates, whose seams become borders of patches
     unsigned threads = 0;                   ///< 0: all processors; the result does not depend on it
 };
@@ -65,6 +69,8 @@ struct BakeReport {
     std::uint64_t sourceTriangles = 0;
     bool isMesh = false;                    ///< made of a mesh, so that `cleaning` means something
     CleaningReport cleaning;
+    std::vector<std::string> repairs;       ///< of the source, as words for people: repairsOf(cleaning) and filled voids
+    std::vector<std::string> warnings;      ///< SourceMesh::warnings
     std::uint64_t filledVoids = 0;          ///< samples of a height field without data, filled
     std::uint64_t voids = 0;                ///< and those left open
     std::uint64_t patches = 0;

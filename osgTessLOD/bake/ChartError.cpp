@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace osgTessLOD::bake {
 
@@ -30,10 +31,13 @@ double PatchDistance::twoSided(const std::vector<Vector3d>& positions, const Tes
 {
     double largest = 0.0;
     const SurfaceDistance toPatch(positions, pattern.triangles());
-    samples.forEach(patch, [&](const Vector3d& sample) { largest = std::max(largest, toPatch.distance(sample)); });
+    samples.forEach(patch, [&](const Vector3d& sample) {
+        largest = std::max(largest, toPatch.distanceBeyond(sample, largest, std::numeric_limits<double>::infinity()));
+    });
     // A sample is no farther from the source than from its triangle's vertices, which lie on it: most need no query.
     const auto visit = [&](const Vector3d& sample, const Vector3d& onSource) {
-        if ((sample - onSource).norm() > largest) { largest = std::max(largest, _toSource.distance(sample)); }
+        const double most = (sample - onSource).norm();
+        if (most > largest) { largest = std::max(largest, _toSource.distanceBeyond(sample, largest, most)); }
     };
     for (const auto& t : pattern.triangles()) {
         const Vector3d& a = positions[t[0]];

@@ -43,6 +43,7 @@ ControlMesh::ControlMesh(SourceMesh source, const ControlMeshOptions& options, P
     _frame = _source.frame;
     _name = _source.name;
     _attributes = attributesOf(_source);
+    _materials = _source.materials;
     const std::vector<RemainingFace> faces = collapseSurface(_source, options, _history, progress);
 
     std::vector<std::uint32_t> baseOf(_source.positions.size(), CollapseHistory::kNone);
@@ -160,6 +161,11 @@ Eigen::Vector3d ControlMesh::position(const FacePoint& sourcePoint) const
 SurfacePoint ControlMesh::evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const
 {
     return surfaceAt(_source, _cornerNormals, toSource({patch, barycentric}));
+}
+
+std::uint16_t ControlMesh::materialOf(std::uint32_t patch) const
+{
+    return _source.materialOf(toSource({patch, Eigen::Vector3d::Constant(1.0 / 3.0)}).face);
 }
 
 } // namespace osgTessLOD::bake

@@ -33,7 +33,7 @@ struct ControlMeshOptions {
 /// The patches of an arbitrary source mesh: what is left after half-edge collapses in the order of quadric error
 /// (Garland and Heckbert 1997), each of which carried the bijective map from the source along (CollapseHistory), followed by
 /// a bijective map of every patch onto itself that spreads its parameters evenly (StretchMap).
-/// Base vertices are source vertices. Boundaries and creases map to patch borders.
+/// Base vertices are source vertices. Boundaries, creases and borders between materials map to patch borders.
 class OSGTESSLOD_EXPORT ControlMesh : public PatchMap {
 public:
     /// `source` is an oriented manifold (cleanMesh) in the working frame (normalizeFrame). Deterministic.
@@ -46,6 +46,7 @@ public:
     const std::vector<std::uint32_t>& baseVertices() const { return _baseVertices; }
 
     SurfacePoint evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const override;
+    std::uint16_t materialOf(std::uint32_t patch) const override;
 
     /// The patch point (face = patch) of a point on a source triangle, and the inverse.
     FacePoint toPatch(const FacePoint& sourcePoint) const;

@@ -70,12 +70,15 @@ DisplacedMap::DisplacedMap(const SourceMesh& base, DisplacementImage image, cons
 {
     _name = base.name;
     _attributes.uvs = true;
+    _attributes.materials = !base.triangleMaterials.empty();
+    _materials = base.materials;
     _topology = PatchTopology::build(static_cast<std::uint32_t>(base.positions.size()), base.triangles);
     for (std::size_t t = 0; t < _patches.size(); ++t) {
         if (!base.hasUvs(t)) {
             throw AssetError(base.name + ": triangle " + std::to_string(t) +
                              " (counted from 0) has no texture coordinates to look up a displacement map by");
         }
+        _patches[t].material = base.materialOf(t);
         for (std::size_t k = 0; k < 3; ++k) {
             _patches[t].positions[k] = base.positions[base.triangles[t][k]];
             _patches[t].uvs[k] = base.uvs[t][k].cast<double>();

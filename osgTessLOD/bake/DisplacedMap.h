@@ -43,6 +43,8 @@ public:
     unsigned finestFactor() const { return _finestFactor; }
 
     SurfacePoint evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const override;
+    /// The base mesh's.
+    std::uint16_t materialOf(std::uint32_t patch) const override { return _patches[patch].material; }
 
 private:
     struct Patch {
@@ -51,6 +53,7 @@ private:
         std::array<Eigen::Vector3d, 3> tangents;
         std::array<Eigen::Vector2d, 3> uvs;
         double handedness = 1.0; ///< −1 where texture coordinates are mirrored
+        std::uint16_t material = 0;
     };
     struct Frame;
 

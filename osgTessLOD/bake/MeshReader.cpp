@@ -33,6 +33,7 @@ void RawMesh::addPolygon(const std::vector<std::uint32_t>& corners, const std::v
     }
     addFan(corners, triangles);
     if (!uvTriangles.empty()) { uvTriangles.resize(triangles.size(), kNone); }
+    if (!materials.empty()) { triangleMaterials.resize(triangles.size(), material); }
 }
 
 std::uint8_t colorByte(double channel)

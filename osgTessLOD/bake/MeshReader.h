@@ -32,6 +32,10 @@ struct RawMesh {
     /// Per triangle the numbers of its corners' texture coordinates, kNoUv where it has none. Empty, with uvs: every vertex
     /// has the texture coordinates of its own number.
     std::vector<std::array<std::uint32_t, 3>> uvTriangles;
+    std::vector<std::string> materialFiles; ///< that the file names, relative to its own folder
+    std::vector<std::string> materials;     ///< names, in the order of their first use; empty: the file has none
+    std::vector<std::uint16_t> triangleMaterials; ///< number in materials of each triangle, if there are any
+    std::uint16_t material = 0;             ///< of polygons that are added
 
     /// Adds a polygon, as a fan around its first corner. One or two corners give a triangle without area, for cleanMesh()
     /// to drop and count; none gives nothing. `uvNumbers`, as many as corners, go to uvTriangles; empty: it has none.
@@ -48,5 +52,11 @@ RawMesh parsePly(const std::string& content);
 RawMesh parseObj(const std::string& content);
 RawMesh parseOff(const std::string& content);
 RawMesh parseStl(const std::string& content);
+
+/// The materials of an MTL file (Wavefront; P. Bourke, "MTL material format"): Ka, Kd, Ks, Ke, Ns, d and Tr, and all map_…,
+/// bump, norm and disp with the names of their images, options left out. The colour of light is map_Kd's alone where there is
+/// one without Kd. The colour image is that of map_Kd; map_Bump, bump and norm are taken for normals where the image's name has
+/// "norm" or "nrm" in it, or the keyword is norm. Unknown keywords are skipped.
+std::vector<LodMaterial> parseMtl(const std::string& content);
 
 } // namespace osgTessLOD::bake

@@ -2,7 +2,10 @@
 #include <osgTessLOD/bake/MeshReader.h>
 
 #include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/bake/MeshText.h>
+
+#include <map>
 
 namespace osgTessLOD::bake {
 
@@ -87,6 +90,10 @@ public:
                 addUv(words);
             } else if (keyword == "f") {
                 addFace(words);
+            } else if (keyword == "usemtl") {
+                useMaterial(line.substr(words.position()));
+            } else if (keyword == "mtllib") {
+                for (auto file = words.token(); !file.empty(); file = words.token()) { _mesh.materialFiles.emplace_back(file); }
             }
         }
         if (_mesh.positions.size() > kMaxElements) { throw AssetError("more than 2^32 vertices"); }
@@ -144,6 +151,25 @@ private:
         _mesh.uvs.emplace_back(static_cast<float>(u), static_cast<float>(v));
     }
 
+    /// Faces before the first usemtl have a material without name.
+    void useMaterial(std::string_view name)
+    {
+        while (!name.empty() && isBlank(name.front())) { name.remove_prefix(1); }
+        std::vector<std::string>& materials = _mesh.materials;
+        if (materials.empty() && !_mesh.triangles.empty()) {
+            materials.emplace_back();
+            _mesh.triangleMaterials.resize(_mesh.triangles.size(), 0);
+        }
+        const auto [known, isNew] = _materials.emplace(std::string(name), materials.size());
+        if (isNew) {
+            if (materials.size() == LodAsset::kMaxMaterials) {
+                throw AssetError(_lines.where() + ": more than " + std::to_string(LodAsset::kMaxMaterials) + " materials");
+            }
+            materials.emplace_back(name);
+        }
+        _mesh.material = static_cast<std::uint16_t>(known->second);
+    }
+
     std::uint32_t reference(std::string_view token, std::string_view part, std::size_t soFar, const char* what,
                             Largest& largest) const
     {
@@ -179,6 +205,7 @@ private:
     std::uint64_t _faceCount = 0;
     Largest _vertices;
     Largest _uvs;
+    std::map<std::string, std::size_t> _materials; ///< number by name
     std::vector<std::uint32_t> _corners;
     std::vector<std::uint32_t> _uvCorners;
 };

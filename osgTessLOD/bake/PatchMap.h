@@ -2,11 +2,14 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/LodMaterial.h>
 #include <osgTessLOD/bake/PatchTopology.h>
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <limits>
 #include <string>
+#include <vector>
 
 namespace osgTessLOD::bake {
 
@@ -23,6 +26,7 @@ struct SurfacePoint {
 struct SurfaceAttributes {
     bool uvs = false;
     bool colors = false;
+    bool materials = false; ///< more than one
     Eigen::Vector2f uvTolerance = Eigen::Vector2f::Zero(); ///< texture coordinates no farther apart than this are no seam
 };
 
@@ -43,6 +47,9 @@ public:
     const WorkingFrame& frame() const { return _frame; }
     const std::string& name() const { return _name; }
     const SurfaceAttributes& attributes() const { return _attributes; }
+    const std::vector<LodMaterial>& materials() const { return _materials; }
+    /// Number in materials() of all of the patch.
+    virtual std::uint16_t materialOf(std::uint32_t /*patch*/) const { return 0; }
     /// Triangles of the detailed surface.
     virtual std::uint64_t sourceTriangles() const = 0;
     /// Pattern factor at which sampling every patch gives those triangles; 0: the map has none of its own, choose.
@@ -58,6 +65,7 @@ protected:
     WorkingFrame _frame;
     std::string _name;
     SurfaceAttributes _attributes;
+    std::vector<LodMaterial> _materials;
 };
 
 } // namespace osgTessLOD::bake

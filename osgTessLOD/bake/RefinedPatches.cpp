@@ -48,6 +48,7 @@ RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned facto
     _frame = _base->frame();
     _name = _base->name();
     _attributes = _base->attributes();
+    _materials = _base->materials();
     _topology = _base->topology();
     const std::size_t mostPatches = std::max(kMostGrowth * _topology.patches.size(), kAlwaysAllowed);
     std::vector<FacePoint> samples = samplePoints(_base->source());
@@ -148,6 +149,11 @@ SurfacePoint RefinedPatches::evaluate(std::uint32_t patch, const Vector3d& baryc
 {
     const FacePoint at = toBase({patch, barycentric});
     return _base->evaluate(at.face, at.barycentric);
+}
+
+std::uint16_t RefinedPatches::materialOf(std::uint32_t patch) const
+{
+    return _base->materialOf(toBase({patch, Vector3d::Constant(1.0 / 3.0)}).face);
 }
 
 FacePoint RefinedPatches::fromBase(const FacePoint& basePoint) const

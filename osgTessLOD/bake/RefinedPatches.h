@@ -34,6 +34,7 @@ public:
     const ControlMesh& base() const { return *_base; }
     std::uint64_t sourceTriangles() const override { return _base->sourceTriangles(); }
     SurfacePoint evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const override;
+    std::uint16_t materialOf(std::uint32_t patch) const override;
 
     /// The point of this map that a point of the base map is (face = patch), and the inverse.
     FacePoint fromBase(const FacePoint& basePoint) const;

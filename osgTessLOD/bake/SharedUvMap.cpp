@@ -57,6 +57,7 @@ SharedUvMap::SharedUvMap(SourceMesh coarse, SourceMesh detailed, const SharedUvO
     for (Vector3d& p : _coarse.positions) { p = (p - _frame.center) / _frame.scale; }
     _topology = PatchTopology::build(static_cast<std::uint32_t>(_coarse.positions.size()), _coarse.triangles);
     _attributes = attributesOf(_coarse);
+    _materials = _coarse.materials;
     _attributes.colors = !_detailed.colors.empty();
     _normals = cornerNormals(_detailed, options.creaseAngleRadians);
     _locator = std::make_unique<UvLocator>(_detailed);

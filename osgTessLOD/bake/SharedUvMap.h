@@ -40,6 +40,8 @@ public:
 
     /// Throws AssetError where the detailed mesh has nothing within the tolerance.
     SurfacePoint evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const override;
+    /// The coarse mesh's.
+    std::uint16_t materialOf(std::uint32_t patch) const override { return _coarse.materialOf(patch); }
 
     /// The detailed mesh's vertices, edges' middles and faces' centroids, each with the patch that its texture coordinates
     /// lie in or are nearest to.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/LodMaterial.h>
 #include <osgTessLOD/bake/PatchMap.h>
 
 #include <Eigen/Core>
@@ -24,8 +25,16 @@ struct SourceMesh {
     /// A triangle without has NaN in all of them. Empty: no triangle has any.
     std::vector<std::array<Eigen::Vector2f, 3>> uvs;
     std::vector<Rgba> colors;                              ///< of the positions; empty: there are none
+    /// Images are files, as seen from where the process is.
+    std::vector<LodMaterial> materials;
+    std::vector<std::uint16_t> triangleMaterials;          ///< of each triangle, an index; empty: of all the first, if any
+    std::vector<std::string> warnings;                     ///< what the file refers to and was not found
     WorkingFrame frame;                                    ///< identity until normalizeFrame()
 
+    std::uint16_t materialOf(std::size_t triangle) const
+    {
+        return triangleMaterials.empty() ? std::uint16_t{0} : triangleMaterials[triangle];
+    }
     bool hasUvs(std::size_t triangle) const { return !uvs.empty() && uvs[triangle][0].x() == uvs[triangle][0].x(); }
 };
 
@@ -43,6 +52,10 @@ struct CleaningReport {
     std::uint64_t facesWithoutUvs = 0;       ///< of a mesh that has texture coordinates elsewhere
 };
 
+/// What of it is a repair of something wrong, as words for people: all but welded and unreferenced vertices, which files have
+/// for want of indices or of tidiness. "200 faces without an area dropped", …
+OSGTESSLOD_EXPORT std::vector<std::string> repairsOf(const CleaningReport& report);
+
 /// Reads PLY, OBJ, OFF or STL; polygons are triangulated. Vertices and faces come as the file has them, unconnected and
 /// non-manifold ones included. Throws AssetError naming the file and the fault: unreadable, unknown format, truncated, no
 /// vertices or faces, a coordinate that is not finite or beyond what can be squared in double (which vertex), an index
@@ -53,6 +66,8 @@ struct CleaningReport {
 /// where all are (−1, −1), by which scanning software marks faces that no photograph shows.
 /// Colours: PLY red green blue and alpha, integers up to their type's largest or floats up to 1; OBJ "v x y z r g b" up to 1;
 /// a vertex of an OBJ file without is white where others have one.
+/// Materials: OBJ usemtl and the MTL files of mtllib, see parseMtl. Faces before the first usemtl have one without name. What is
+/// not found leaves a warning.
 OSGTESSLOD_EXPORT SourceMesh importMesh(const std::string& path);
 
 /// The same mesh, of polygons, after `steps` Catmull–Clark steps (subdivideCatmullClark). Vertices of equal position are one,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/Export.h>
 #include <osgTessLOD/bake/CollapseHistory.h>
 #include <osgTessLOD/bake/PatchMap.h>
 #include <osgTessLOD/bake/SourceMesh.h>
@@ -11,13 +12,13 @@
 
 namespace osgTessLOD::bake {
 
-// The surface that a source mesh is, at any of its points. Private to the bake room.
+// The surface that a source mesh is, at any of its points.
 
 /// Unit normals of the triangles' corners.
 using CornerNormals = std::vector<std::array<Eigen::Vector3f, 3>>;
 
 /// Angle-weighted means of those faces around each corner's vertex that are within the crease angle of the corner's own.
-CornerNormals cornerNormals(const SourceMesh& source, double creaseAngleRadians);
+OSGTESSLOD_EXPORT CornerNormals cornerNormals(const SourceMesh& source, double creaseAngleRadians);
 
 Eigen::Vector3d positionAt(const SourceMesh& source, const FacePoint& point);
 

@@ -52,7 +52,7 @@ double triangleQuality(const Vector3d& a, const Vector3d& b, const Vector3d& c)
 /// What an edge can be, as bits: it collapses along itself only.
 enum Feature : std::uint8_t {
     kCrease = 1, ///< of the shape: given up where there is no other way
-    kSeam = 2    ///< a boundary, or a seam of the texture coordinates: always kept
+    kSeam = 2    ///< a boundary, a seam of the texture coordinates, or a border between materials: always kept
 };
 
 /// Limits that are loosened when nothing may collapse while there are far too many faces.
@@ -99,6 +99,7 @@ private:
     void placePoints(double area);
     void markFeatures();
     void markSeams();
+    void markMaterialBorders();
     std::size_t facesHeldBySeams() const;
     void dropShortCreases();
     void dropCreases();
@@ -223,6 +224,7 @@ void Collapser::markFeatures()
     }
     dropShortCreases();
     if (!_source.uvs.empty()) { markSeams(); }
+    if (!_source.triangleMaterials.empty()) { markMaterialBorders(); }
 }
 
 /// Edges at one of whose ends the texture coordinates of the two faces differ, by what 16 bits can tell apart at all.
@@ -246,6 +248,17 @@ void Collapser::markSeams()
             differ = differ || (hasUvs && ((uvAt(h, v) - uvAt(g, v)).cwiseAbs().array() > least.array()).any());
         }
         if (differ) { _feature[at(e)] |= kSeam; }
+    }
+}
+
+void Collapser::markMaterialBorders()
+{
+    for (const auto e : _mesh.edges()) {
+        if (_mesh.is_boundary(e)) { continue; }
+        const auto materialBeside = [&](unsigned side) {
+            return _source.materialOf(at(_mesh.face_handle(_mesh.halfedge_handle(e, side))));
+        };
+        if (materialBeside(0) != materialBeside(1)) { _feature[at(e)] |= kSeam; }
     }
 }
 

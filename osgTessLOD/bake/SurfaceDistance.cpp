@@ -69,15 +69,24 @@ struct SurfaceDistance::Scene {
         return Vector3f(vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]).cast<double>();
     }
 
+    /// What a search for the nearest triangle needs.
+    struct Search {
+        const Scene& scene;
+        double enough; ///< distance that nothing nearer is looked for at
+        double nearest;
+    };
+
     static bool visit(RTCPointQueryFunctionArguments* arguments)
     {
-        const Scene& scene = *static_cast<const Scene*>(arguments->userPtr);
+        Search& search = *static_cast<Search*>(arguments->userPtr);
+        const Scene& scene = search.scene;
         const std::uint32_t* corners = scene.indices + 3 * static_cast<std::size_t>(arguments->primID);
         const Vector3d p = Vector3f(arguments->query->x, arguments->query->y, arguments->query->z).cast<double>();
         const double distance = distanceToTriangle(scene.vertex(corners[0]) - p, scene.vertex(corners[1]) - p,
                                                    scene.vertex(corners[2]) - p);
-        if (!(distance < static_cast<double>(arguments->query->radius))) { return false; }
-        arguments->query->radius = static_cast<float>(distance);
+        if (!(distance < search.nearest)) { return false; }
+        search.nearest = distance;
+        arguments->query->radius = distance <= search.enough ? 0.0F : static_cast<float>(distance);
         return true;
     }
 };
@@ -121,16 +130,22 @@ SurfaceDistance& SurfaceDistance::operator=(SurfaceDistance&&) noexcept = defaul
 
 double SurfaceDistance::distance(const Eigen::Vector3d& point) const
 {
+    return distanceBeyond(point, 0.0, std::numeric_limits<double>::infinity());
+}
+
+double SurfaceDistance::distanceBeyond(const Eigen::Vector3d& point, double enough, double most) const
+{
     const Vector3f p = (point - _scene->center).cast<float>();
     RTCPointQuery query{};
     query.x = p.x();
     query.y = p.y();
     query.z = p.z();
-    query.radius = std::numeric_limits<float>::infinity();
+    query.radius = std::nextafter(static_cast<float>(most), std::numeric_limits<float>::infinity());
     RTCPointQueryContext context{};
     rtcInitPointQueryContext(&context);
-    rtcPointQuery(_scene->handle, &query, &context, &Scene::visit, _scene.get());
-    return static_cast<double>(query.radius);
+    Scene::Search search{*_scene, enough, most};
+    rtcPointQuery(_scene->handle, &query, &context, &Scene::visit, &search);
+    return search.nearest;
 }
 
 namespace {

@@ -25,6 +25,10 @@ public:
     /// Distance from `point` to the nearest point of the surface. Thread safe.
     double distance(const Eigen::Vector3d& point) const;
 
+    /// The same where it is more than `enough`, else any number from the distance to `enough`; `most` is no less than the
+    /// distance. The search ends at the first triangle that is near enough. Thread safe.
+    double distanceBeyond(const Eigen::Vector3d& point, double enough, double most) const;
+
 private:
     struct Scene;
     std::unique_ptr<Scene> _scene;

@@ -151,10 +151,12 @@ bool updateNearFar(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawabl
 }
 
 /// The states to push, outermost first.
-std::vector<const osg::StateSet*> statesFor(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawable)
+std::vector<const osg::StateSet*> statesFor(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawable,
+                                            const osg::StateSet* material)
 {
     std::vector<const osg::StateSet*> states;
     if (drawable.getStateSet() != nullptr) { states.push_back(drawable.getStateSet()); }
+    if (material != nullptr) { states.push_back(material); }
     for (const osg::CullingSet::StateFrustumPair& pair : visitor.getCurrentCullingSet().getStateFrustumList()) {
         osg::Polytope frustum = pair.second;
         if (frustum.contains(drawable.getBoundingBox())) { states.push_back(pair.first.get()); }
@@ -212,14 +214,15 @@ std::vector<osg::Plane> CullView::frustum() const
     return _visitor.getCurrentCullingSet().getFrustum().getPlaneList();
 }
 
-void addLeaf(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawable, PatchSelection& leaf)
+void addLeaf(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawable, PatchSelection& leaf,
+             const osg::StateSet* material)
 {
     osg::RefMatrix& matrix = *visitor.getModelViewMatrix();
     if (!updateNearFar(visitor, drawable, leaf)) { return; }
     const osg::Vec3d center = osg::Vec3d(drawable.getBoundingBox().center()) * matrix;
     const auto depth = static_cast<float>(-center.z());
     if (std::isnan(depth)) { return; }
-    const std::vector<const osg::StateSet*> states = statesFor(visitor, drawable);
+    const std::vector<const osg::StateSet*> states = statesFor(visitor, drawable, material);
     for (const osg::StateSet* state : states) { visitor.pushStateSet(state); }
     visitor.addDrawableAndDepth(&leaf, &matrix, depth);
     for (std::size_t k = 0; k < states.size(); ++k) { visitor.popStateSet(); }

@@ -11,6 +11,9 @@
 
 #include <vector>
 
+namespace osg {
+class StateSet;
+}
 namespace osgUtil {
 class CullVisitor;
 }
@@ -49,8 +52,9 @@ private:
     double _height = 0.0;
 };
 
-/// Adds `leaf` to the render bin, with the drawable's and the asset's state, as CullVisitor::apply(Drawable&) adds a visited
+/// Adds `leaf` to the render bin, with the drawable's, the `material`'s (null: none) and the asset's state, as CullVisitor::apply(Drawable&) adds a visited
 /// drawable, near and far planes included; unless it is behind the eye.
-void addLeaf(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawable, PatchSelection& leaf);
+void addLeaf(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawable, PatchSelection& leaf,
+             const osg::StateSet* material);
 
 } // namespace osgTessLOD

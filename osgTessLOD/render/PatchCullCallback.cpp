@@ -36,7 +36,10 @@ bool PatchCullCallback::cull(osg::NodeVisitor* visitor, osg::Drawable* drawable,
         const osg::Matrixd localToWorld = osg::computeLocalToWorld(cull->getNodePath());
         lod->getSelectionObserver()->selected(cull->getCurrentCamera(), localToWorld, *selection);
     }
-    if (!selection->records().empty()) { addLeaf(*cull, *lod, *selection); }
+    const std::vector<osg::ref_ptr<PatchSelection>> parts = selection->byMaterial();
+    for (std::size_t m = 0; m < parts.size(); ++m) {
+        if (parts[m].valid() && !parts[m]->records().empty()) { addLeaf(*cull, *lod, *parts[m], lod->getMaterialState(m)); }
+    }
     return true;
 }
 

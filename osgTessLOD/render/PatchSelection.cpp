@@ -95,6 +95,28 @@ PatchSelection::PatchSelection(const PatchSelection& other, const osg::CopyOp& c
 
 PatchSelection::~PatchSelection() = default;
 
+std::vector<osg::ref_ptr<PatchSelection>> PatchSelection::byMaterial()
+{
+    const LodAsset& asset = _asset->asset();
+    if (asset.patchMaterials.empty()) { return {this}; }
+    std::vector<std::vector<PatchRecord>> records(asset.materials.size());
+    std::vector<RecordPlacements> placements(asset.materials.size(), {_placements.set, {}});
+    for (std::size_t k = 0; k < _records.size(); ++k) {
+        const std::uint16_t material = asset.patchMaterials[_records[k].patch];
+        records[material].push_back(_records[k]);
+        if (_placements.set.valid()) { placements[material].numbers.push_back(_placements.numbers[k]); }
+    }
+    std::vector<osg::ref_ptr<PatchSelection>> parts(records.size());
+    for (std::size_t m = 0; m < parts.size(); ++m) {
+        if (records[m].empty()) { continue; }
+        PatchRecords own = std::move(records[m]);
+        SelectionStatistics statistics = _asset->selector().statisticsOf(own);
+        parts[m] = new PatchSelection(_asset.get(), std::move(own), std::move(statistics), _view, _backend,
+                                      std::move(placements[m]));
+    }
+    return parts;
+}
+
 osg::BoundingBox PatchSelection::computeBoundingBox() const
 {
     if (!_asset.valid()) { return {}; }

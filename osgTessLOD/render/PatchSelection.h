@@ -52,6 +52,9 @@ public:
     /// Is the selection up to the time of the draw?
     bool isSelectedWhenDrawn() const { return _request != nullptr; }
     const SelectionView& view() const { return _view; }
+    /// Its parts by the asset's materials, in their order, null where there is nothing of one; the selection itself, if the asset
+    /// has one material or none.
+    std::vector<osg::ref_ptr<PatchSelection>> byMaterial();
     /// What draws it in the context of `renderInfo`, which must be current: never Auto; nothing if the context cannot draw it.
     std::optional<Backend> backend(osg::RenderInfo& renderInfo) const;
 

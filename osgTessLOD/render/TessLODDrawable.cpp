@@ -51,6 +51,7 @@ TessLODDrawable::TessLODDrawable(const TessLODDrawable& other, const osg::CopyOp
     : osg::Drawable(other, copyop)
     , _asset(other._asset)
     , _gpuAsset(other._gpuAsset)
+    , _materialStates(other._materialStates)
     , _observer(other._observer)
     , _options(other._options)
     , _pickingOptions(other._pickingOptions)
@@ -66,6 +67,7 @@ void TessLODDrawable::setAsset(std::shared_ptr<const LodAsset> asset)
 {
     _asset = std::move(asset);
     _gpuAsset = _asset != nullptr ? new GpuAsset(_asset) : nullptr;
+    _materialStates.clear();
     _fileName.clear();
     surfaceChanged();
 }
@@ -74,8 +76,20 @@ void TessLODDrawable::shareAsset(const TessLODDrawable& other)
 {
     _asset = other._asset;
     _gpuAsset = other._gpuAsset;
+    _materialStates = other._materialStates;
     _fileName = other._fileName;
     surfaceChanged();
+}
+
+void TessLODDrawable::setMaterialState(std::size_t material, osg::StateSet* state)
+{
+    if (material >= _materialStates.size()) { _materialStates.resize(material + 1); }
+    _materialStates[material] = state;
+}
+
+osg::StateSet* TessLODDrawable::getMaterialState(std::size_t material) const
+{
+    return material < _materialStates.size() ? _materialStates[material].get() : nullptr;
 }
 
 void TessLODDrawable::surfaceChanged()
@@ -112,7 +126,9 @@ void TessLODDrawable::drawImplementation(osg::RenderInfo& renderInfo) const
 
 bool TessLODDrawable::selectsWhenDrawn() const
 {
-    return _options.selector == SelectionOptions::Selector::Gpu && _options.backend != Backend::Instanced;
+    // What is of several materials is drawn in parts, for which it has to be known.
+    return _options.selector == SelectionOptions::Selector::Gpu && _options.backend != Backend::Instanced &&
+           _asset->patchMaterials.empty();
 }
 
 const osg::StateSet* TessLODDrawable::moreState(osg::State& state) const
@@ -210,18 +226,27 @@ void TessLODDrawable::compileGLObjects(osg::RenderInfo& renderInfo) const
     if (!_gpuAsset.valid()) { return; }
     osg::State& state = *renderInfo.getState();
     _gpuAsset->compileGLObjects(state, moreState(state));
+    for (const auto& material : _materialStates) {
+        if (material.valid()) { material->compileGLObjects(state); }
+    }
 }
 
 void TessLODDrawable::releaseGLObjects(osg::State* state) const
 {
     osg::Drawable::releaseGLObjects(state);
     if (_gpuAsset.valid()) { _gpuAsset->releaseGLObjects(state); }
+    for (const auto& material : _materialStates) {
+        if (material.valid()) { material->releaseGLObjects(state); }
+    }
 }
 
 void TessLODDrawable::resizeGLObjectBuffers(unsigned int maxSize)
 {
     osg::Drawable::resizeGLObjectBuffers(maxSize);
     if (_gpuAsset.valid()) { _gpuAsset->resizeGLObjectBuffers(maxSize); }
+    for (const auto& material : _materialStates) {
+        if (material.valid()) { material->resizeGLObjectBuffers(maxSize); }
+    }
 }
 
 } // namespace osgTessLOD

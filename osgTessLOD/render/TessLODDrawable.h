@@ -6,10 +6,12 @@
 #include <osgTessLOD/render/SurfaceProxy.h>
 
 #include <osg/Drawable>
+#include <osg/StateSet>
 
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 namespace osgTessLOD {
 
@@ -33,11 +35,16 @@ public:
     META_Object(osgTessLOD, TessLODDrawable)
 
     /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn. The file name
-    /// is forgotten.
+    /// and states of materials are forgotten.
     void setAsset(std::shared_ptr<const LodAsset> asset);
     const std::shared_ptr<const LodAsset>& getAsset() const { return _asset; }
-    /// Asset, GL objects and file name are `other`'s from now on, too.
+    /// Asset, GL objects, states of materials and file name are `other`'s from now on, too.
     void shareAsset(const TessLODDrawable& other);
+
+    /// State that patches of one of the asset's materials are drawn with, within the drawable's own; null: none. Made by
+    /// addMaterialStates (MaterialState.h). Change between frames, as options.
+    void setMaterialState(std::size_t material, osg::StateSet* state);
+    osg::StateSet* getMaterialState(std::size_t material) const;
 
     /// The .tlod file that the asset is read from, by which scene files refer to it; empty where there is none.
     void setFileName(const std::string& fileName) { _fileName = fileName; }
@@ -97,6 +104,7 @@ private:
 
     std::shared_ptr<const LodAsset> _asset;
     osg::ref_ptr<GpuAsset> _gpuAsset;
+    std::vector<osg::ref_ptr<osg::StateSet>> _materialStates; ///< those that are set, up to the last
     osg::ref_ptr<SelectionObserver> _observer;
     SelectionOptions _options;
     PickingOptions _pickingOptions;

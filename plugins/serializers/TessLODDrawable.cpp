@@ -5,6 +5,7 @@
 #include "Base64.h"
 
 #include <osgTessLOD/asset/TlodFile.h>
+#include <osgTessLOD/render/MaterialState.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <plugins/PluginOptions.h>
 
@@ -95,6 +96,8 @@ void readData(osgDB::InputStream& is, TessLODDrawable& drawable, const std::stri
         osgTessLOD::LodAsset asset = osgTessLOD::readTlod(stream, "the asset in a scene file");
         if (osgTessLOD::isOptionSet(is.getOptions(), osgTessLOD::kNoTextures)) { asset.normals = {}; }
         drawable.setAsset(std::make_shared<const osgTessLOD::LodAsset>(std::move(asset)));
+        osgTessLOD::addMaterialStates(drawable, "", is.getOptions(),
+                                      !osgTessLOD::isOptionSet(is.getOptions(), osgTessLOD::kNoTextures));
     } catch (const std::exception& error) {
         OSG_WARN << "osgTessLOD: " << drawable.getName() << " cannot be shown: " << error.what() << std::endl;
     }

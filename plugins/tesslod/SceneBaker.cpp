@@ -4,6 +4,7 @@
 #include "BakeProgress.h"
 #include "GeometryMesh.h"
 
+#include <osgTessLOD/render/MaterialState.h>
 #include <osgTessLOD/render/PlacedDrawable.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <plugins/PluginOptions.h>
@@ -236,6 +237,7 @@ osg::ref_ptr<osg::Node> bakeByName(const std::string& source, const SceneBakeOpt
     LodAsset asset = bake::bakeSource(source, options.bake, progress, report);
     const osg::ref_ptr<TessLODDrawable> drawable = makeDrawable(std::move(asset), report, options);
     drawable->setName(osgDB::getSimpleFileName(source));
+    addMaterialStates(*drawable, "", nullptr, options.bake.normals);
     return placeAtOrigin(*drawable);
 }
 

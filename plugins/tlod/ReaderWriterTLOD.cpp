@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 // The OSG plugin for .tlod files. What is read becomes one TessLODDrawable, named after the file; under a translation
 // where the asset's frame is not the source's. A scene without one is baked before it is written, by the plugin tesslod.
+#include <osgTessLOD/asset/AssetImages.h>
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/asset/TlodFile.h>
+#include <osgTessLOD/render/MaterialState.h>
 #include <osgTessLOD/render/PlacedDrawable.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <osgTessLOD/render/TessLODInstances.h>
 #include <plugins/PluginOptions.h>
 
-#include <osg/Texture2D>
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
-#include <osgDB/ReadFile>
 #include <osgDB/Registry>
 
 #include <exception>
@@ -25,23 +25,6 @@ namespace osgTessLOD {
 
 namespace {
 
-/// Makes the asset's colour image, which lies where the file `path` does, the texture of unit 0. A warning if it cannot be read.
-void addColorTexture(TessLODDrawable& drawable, const std::string& path, const osgDB::Options* options)
-{
-    const std::string& image = drawable.getAsset()->colorImage;
-    if (image.empty() || isOptionSet(options, kNoTextures)) { return; }
-    const std::string name = path.empty() ? image : osgDB::concatPaths(osgDB::getFilePath(path), image);
-    const osg::ref_ptr<osg::Image> read = osgDB::readRefImageFile(name, options);
-    if (!read) {
-        OSG_WARN << "osgTessLOD: " << path << ": its colour image " << name << " cannot be read" << std::endl;
-        return;
-    }
-    const osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D(read);
-    texture->setWrap(osg::Texture::WRAP_S, osg::Texture::REPEAT);
-    texture->setWrap(osg::Texture::WRAP_T, osg::Texture::REPEAT);
-    drawable.getOrCreateStateSet()->setTextureAttributeAndModes(0, texture);
-}
-
 /// `path` is empty for an asset that is not from a file.
 osg::ref_ptr<osg::Node> makeNode(LodAsset asset, const std::string& path, const osgDB::Options* options)
 {
@@ -53,12 +36,18 @@ osg::ref_ptr<osg::Node> makeNode(LodAsset asset, const std::string& path, const 
     drawable->setOptions(selection);
     drawable->setName(osgDB::getSimpleFileName(path));
     if (!path.empty()) { drawable->setFileName(std::filesystem::absolute(path).lexically_normal().string()); }
-    addColorTexture(*drawable, path, options);
+    addMaterialStates(*drawable, osgDB::getFilePath(path), options, !isOptionSet(options, kNoTextures));
     return placeAtOrigin(*drawable);
 }
 
-/// The asset to be stored for the scene's only TessLODDrawable, whose translation becomes the asset's origin.
-std::shared_ptr<const LodAsset> assetOf(const std::vector<PlacedDrawable>& scene)
+/// Where the images of a drawable's asset are seen from.
+std::string folderOf(const TessLODDrawable& drawable)
+{
+    return std::filesystem::path(drawable.getFileName()).parent_path().string();
+}
+
+/// The asset to be stored in `folder` for the scene's only TessLODDrawable, whose translation becomes the asset's origin.
+std::shared_ptr<const LodAsset> assetOf(const std::vector<PlacedDrawable>& scene, const std::string& folder)
 {
     if (scene.size() != 1) {
         throw std::runtime_error("a .tlod file holds exactly one TessLODDrawable, the scene has " +
@@ -69,14 +58,16 @@ std::shared_ptr<const LodAsset> assetOf(const std::vector<PlacedDrawable>& scene
     if (dynamic_cast<const TessLODInstances*>(drawable.get()) != nullptr) {
         throw std::runtime_error("a .tlod file cannot hold placements; .osgt, .osgb and .osgx files do");
     }
-    if (matrix.isIdentity()) { return drawable->getAsset(); }
+    const bool hasImages = !drawable->getAsset()->materials.empty();
+    if (matrix.isIdentity() && !hasImages) { return drawable->getAsset(); }
 
     const osg::Vec3d origin = matrix.getTrans();
     if (matrix != osg::Matrixd::translate(origin)) {
         throw std::runtime_error("a .tlod file cannot hold a rotated or scaled TessLODDrawable");
     }
     auto moved = std::make_shared<LodAsset>(*drawable->getAsset());
-    moved->lattice.origin = {origin.x(), origin.y(), origin.z()};
+    if (!matrix.isIdentity()) { moved->lattice.origin = {origin.x(), origin.y(), origin.z()}; }
+    moveReferences(*moved, folderOf(*drawable), folder);
     return moved;
 }
 
@@ -108,7 +99,7 @@ public:
         for (const SelectionOption& option : selectionOptionTable()) {
             supportsOption(std::string(option.name) + "=" + option.values, option.purpose);
         }
-        supportsOption(kNoTextures, "Leave the textures of normals and the colour image out");
+        supportsOption(kNoTextures, "Leave the textures of normals and the images of materials out");
         supportsOption(std::string(kTechnique) + "=" + kTechniqueValues, kTechniquePurpose);
         supportsOption(std::string(kTolerance) + "=" + kToleranceValues, kTolerancePurpose);
         supportsOption(std::string(kAssetHint) + "=" + kAssetHintValues,
@@ -160,7 +151,7 @@ public:
         return guarded<WriteResult>(fileName, [&] {
             const std::vector<PlacedDrawable> scene = drawablesOf(node);
             if (scene.empty()) { return bakeAndWrite(node, fileName, options); }
-            writeTlod(fileName, *assetOf(scene));
+            writeTlod(fileName, *assetOf(scene, osgDB::getFilePath(fileName)));
             return WriteResult(WriteResult::FILE_SAVED);
         });
     }
@@ -168,7 +159,7 @@ public:
     WriteResult writeNode(const osg::Node& node, std::ostream& stream, const Options*) const override
     {
         return guarded<WriteResult>("(stream)", [&] {
-            writeTlod(stream, *assetOf(drawablesOf(node)));
+            writeTlod(stream, *assetOf(drawablesOf(node), ""));
             if (!stream) { throw std::runtime_error("writing failed"); }
             return WriteResult(WriteResult::FILE_SAVED);
         });

@@ -241,7 +241,9 @@ void expectSame(const LodAsset& a, const LodAsset& b)
     EXPECT_TRUE(sameItems(a.levels, b.levels, sameLevel));
     EXPECT_EQ(a.uvLattice.origin, b.uvLattice.origin);
     EXPECT_EQ(a.uvLattice.step, b.uvLattice.step);
-    EXPECT_EQ(a.colorImage, b.colorImage);
+    EXPECT_EQ(a.materials, b.materials);
+    EXPECT_EQ(a.patchMaterials, b.patchMaterials);
+    EXPECT_EQ(a.images, b.images);
     EXPECT_EQ(a.normals.resolution, b.normals.resolution);
     EXPECT_EQ(a.normals.levels, b.normals.levels);
     EXPECT_EQ(a.boundsMin, b.boundsMin);
@@ -271,7 +273,15 @@ LodAsset makeDistinctAsset()
 LodAsset smallAsset()
 {
     LodAsset asset = withAttributes(makeSyntheticDisplacedAsset(4));
-    asset.colorImage = "groß.jpg";
+    LodMaterial painted;
+    painted.name = "painted";
+    painted.hasReflectance = true;
+    painted.reflectance.diffuse = {0.25F, 0.5F, 0.75F, 1.0F};
+    painted.reflectance.shininess = 20.0F;
+    painted.textures = {{LodTexture::Role::Color, "map_Kd", "groß.jpg"}, {LodTexture::Role::Normal, "norm", "n.png"}};
+    asset.materials = {painted, {}};
+    for (std::size_t p = 0; p < asset.patches.size(); ++p) { asset.patchMaterials.push_back(p % 2); }
+    asset.images = {{"groß.jpg", {1, 2, 3}}};
     return asset;
 }
 
@@ -337,20 +347,23 @@ TEST(TlodFile, hasTheDocumentedLayout)
     EXPECT_EQ(assemble(chunks), file);
     std::string types;
     for (const Chunk& c : chunks) { types += c.type + std::to_string(c.level) + ' '; }
-    EXPECT_EQ(types, "META0 BASE0 EDGE0 PTCH0 UVGR0 CIMG0 LVLE0 LVLV0 LVLT0 LVLU0 LVLC0 LVLE1 LVLV1 LVLP1 LVLT1 LVLU1 LVLC1 "
-                     "LVLE2 LVLV2 LVLT2 LVLU2 LVLC2 NRML0 NRML1 NRML2 ");
+    EXPECT_EQ(types, "META0 BASE0 EDGE0 PTCH0 UVGR0 MATL0 PMAT0 LVLE0 LVLV0 LVLT0 LVLU0 LVLC0 LVLE1 LVLV1 LVLP1 LVLT1 LVLU1 LVLC1 "
+                     "LVLE2 LVLV2 LVLT2 LVLU2 LVLC2 IMAG0 NRML0 NRML1 NRML2 ");
     EXPECT_EQ(chunks[1].contentBytes, 6U * 12);
     EXPECT_EQ(chunks[2].contentBytes, 12U * 20);
     EXPECT_EQ(chunks[3].contentBytes, 8U * 72);
     EXPECT_EQ(chunks[4].contentBytes, 16U);
-    EXPECT_EQ(contentOf(chunks[5]), "groß.jpg");
-    EXPECT_EQ(chunks[13].contentBytes, 8U * 7 * 4);
-    EXPECT_EQ(chunks[14].contentBytes, 8U * 4);
-    EXPECT_EQ(chunks[15].contentBytes, 8U * 7 * 4);
+    // Number of materials; of the first one name, reflectance and two textures; of the second no name, reflectance, no texture.
+    EXPECT_EQ(chunks[5].contentBytes, 4U + (4 + 7 + 1 + 68 + 4) + (1 + 4 + 6 + 4 + 9) + (1 + 4 + 4 + 4 + 5) + (4 + 1 + 68 + 4));
+    EXPECT_EQ(chunks[6].contentBytes, 8U * 2);
+    EXPECT_EQ(chunks[14].contentBytes, 8U * 7 * 4);
+    EXPECT_EQ(chunks[15].contentBytes, 8U * 4);
     EXPECT_EQ(chunks[16].contentBytes, 8U * 7 * 4);
-    EXPECT_EQ(chunks[17].contentBytes, 8U * 32);
-    EXPECT_EQ(chunks[18].contentBytes, 8U * 19 * 8);
-    EXPECT_EQ(chunks[24].contentBytes, 8U * 15 * 4);
+    EXPECT_EQ(chunks[17].contentBytes, 8U * 7 * 4);
+    EXPECT_EQ(chunks[18].contentBytes, 8U * 32);
+    EXPECT_EQ(chunks[19].contentBytes, 8U * 19 * 8);
+    EXPECT_EQ(contentOf(chunks[23]), std::string("\x9\0\0\0groß.jpg\1\2\3", 16));
+    EXPECT_EQ(chunks[26].contentBytes, 8U * 15 * 4);
 }
 
 TEST(TlodFile, tableOfContentsIsReadAlone)
@@ -634,10 +647,12 @@ TEST(TlodFile, attributesAreChunksOfTheirOwn)
     asset.uvLattice = UvLattice();
     expectSame(fromBytes(assemble(chunks)), asset);
     for (Chunk& chunk : chunks) {
-        if (chunk.type == "LVLC" || chunk.type == "CIMG") { chunk.type = "XTRA"; }
+        if (chunk.type == "LVLC" || chunk.type == "MATL" || chunk.type == "PMAT" || chunk.type == "IMAG") { chunk.type = "XTRA"; }
     }
     for (LodLevel& level : asset.levels) { level.colors.clear(); }
-    asset.colorImage.clear();
+    asset.materials.clear();
+    asset.patchMaterials.clear();
+    asset.images.clear();
     expectSame(fromBytes(assemble(chunks)), asset);
 
     const auto with = [](const std::string& type, std::uint32_t level, const auto& change) {
@@ -653,8 +668,19 @@ TEST(TlodFile, attributesAreChunksOfTheirOwn)
                 "LVLU 0: has 92 bytes of content, not 96");
     expectFault(with("LVLC", 2, [](Chunk& chunk) { chunk = rawChunk(chunk, contentOf(chunk) + "1234"); }),
                 "LVLC 2: has 612 bytes of content, not 608");
-    expectFault(with("CIMG", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, ""); }), "CIMG 0: is empty or too large");
-    expectFault(with("CIMG", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, std::string("a\0b", 3)); }), "CIMG 0: is no name");
+    expectFault(with("MATL", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, contentOf(chunk).substr(0, 40)); }),
+                "MATL 0: content ends early");
+    expectFault(with("MATL", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, contentOf(chunk) + "x"); }),
+                "MATL 0: content goes on after its end");
+    expectFault(with("MATL", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, std::string("\xFF\xFF\xFF\xFF", 4)); }),
+                "MATL 0: content ends early");
+    expectFault(with("PMAT", 0, hide), "0 patches have one of 2 materials");
+    expectFault(with("PMAT", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, std::string(16, '\2')); }),
+                "patch 0: material out of range");
+    expectFault(with("IMAG", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, std::string("\5\0\0\0a", 5)); }),
+                "IMAG 0: content ends early");
+    expectFault(with("IMAG", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, std::string("\1\0\0\0a", 5)); }),
+                "image 0 is empty");
     expectFault(with("UVGR", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, std::string(16, '\xFF')); }),
                 "the grid of texture coordinates is not finite");
 }
@@ -709,7 +735,7 @@ TEST(TlodFile, rejectsHostileChunkLists)
     };
     for (const Chunk& chunk : chunks) {
         expectFault(after([&](auto& c) { c.push_back(chunk); }), "is there twice or belongs to no level");
-        const std::vector<std::string> optional{"LVLP", "LVLT", "LVLU", "LVLC", "CIMG"};
+        const std::vector<std::string> optional{"LVLP", "LVLT", "LVLU", "LVLC", "MATL", "PMAT", "IMAG"};
         if (std::find(optional.begin(), optional.end(), chunk.type) != optional.end()) { continue; }
         expectFault(after([&](auto& c) {
                         const auto same = [&](const Chunk& x) {

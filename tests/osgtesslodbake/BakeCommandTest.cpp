@@ -264,6 +264,19 @@ TEST_F(BakeCommand, BakesWithoutNormalsAndQuietly)
     EXPECT_EQ(nlohmann::json::parse(run({"--info", path}).output)["normal_resolution"], 0);
 }
 
+TEST_F(BakeCommand, StoresNormalsAtTheResolutionAskedFor)
+{
+    const std::string path = _folder.file("torus.tlod");
+    const auto resolutionOf = [&](const char* asked) {
+        EXPECT_EQ(run({source(), "-o", path, "--max-factor", "4", "--patches", "24", "-q", "--normal-resolution", asked}).code, 0);
+        return nlohmann::json::parse(run({"--info", path}).output)["normal_resolution"].get<unsigned>();
+    };
+    EXPECT_EQ(resolutionOf("0"), 8U);
+    EXPECT_EQ(resolutionOf("4"), 4U);
+    EXPECT_EQ(resolutionOf("64"), 8U);
+    expectRefused({source(), "-o", path, "-q", "--normal-resolution", "3"}, "must be a power of two, not 3");
+}
+
 TEST_F(BakeCommand, SameBytesWhateverTheThreads)
 {
     const std::string mesh = source();
@@ -404,12 +417,58 @@ TEST_F(BakeCommand, NamesTheColourImageRelativeToTheOutput)
     const std::string path = _folder.file("square.tlod");
     EXPECT_EQ(run({square, "-o", path, "--max-factor", "2", "-q", "--color-image", _folder.file("images/a.png")}).code, 0);
     const std::string info = run({"--info", path}).output;
-    EXPECT_NE(info.find("\"color_image\": \"images/a.png\""), std::string::npos) << info;
+    const auto materials = nlohmann::json::parse(info)["materials"];
+    EXPECT_EQ(materials[0]["textures"][0]["image"], "images/a.png") << info;
+    EXPECT_EQ(materials[0]["textures"][0]["embedded"], false) << info;
     EXPECT_NE(info.find("\"texture_coordinates\": true"), std::string::npos);
     EXPECT_NE(info.find("\"largest_uv_error\""), std::string::npos);
     const Outcome without = run({source(), "-o", path, "--max-factor", "2", "--patches", "24", "-q", "--color-image", "a.png"});
     EXPECT_EQ(without.code, 1);
     EXPECT_NE(without.errors.find("no texture coordinates for a colour image"), std::string::npos) << without.errors;
+}
+
+TEST_F(BakeCommand, EmbedsTheImagesOfMaterials)
+{
+    const std::string squares = _folder.file("squares.obj");
+    writeBytes(_folder.file("m.mtl"), "newmtl a\nmap_Kd a.png\nnewmtl b\nKd 1 0 0\n");
+    writeBytes(_folder.file("a.png"), "not looked into");
+    writeBytes(squares, "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
+                        "usemtl a\nf 1/1 2/2 3/3\nf 1/1 3/2 4/3\nusemtl b\nf 2/1 5/2 6/3\nf 2/1 6/2 3/3\n");
+    const std::string path = _folder.file("squares.tlod");
+    const Arguments bake{squares, "-o", path, "--max-factor", "2", "-q"};
+    EXPECT_EQ(run(bake).code, 0);
+    const auto materialsOf = [&] { return nlohmann::json::parse(run({"--info", path}).output)["materials"]; };
+    auto materials = materialsOf();
+    ASSERT_EQ(materials.size(), 2U);
+    EXPECT_EQ(materials[0]["textures"][0]["image"], "a.png") << "as seen from the output";
+    EXPECT_EQ(materials[0]["textures"][0]["embedded"], false);
+    EXPECT_EQ(materials[0]["patches"], 2);
+    EXPECT_EQ(materials[1]["patches"], 2);
+
+    Arguments embed = bake;
+    embed.push_back("--embed-textures");
+    EXPECT_EQ(run(embed).code, 0);
+    materials = materialsOf();
+    EXPECT_EQ(materials[0]["textures"][0]["embedded"], true);
+    EXPECT_NE(readBytes(path).find("not looked into"), std::string::npos);
+}
+
+TEST_F(BakeCommand, TellsOfRepairsAndRefusesThemIfStrict)
+{
+    const std::string square = _folder.file("square.obj");
+    writeBytes(square, "mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl a\nf 1 2 3\nf 1 4 3\nf 1 2 3\nf 1 1 2\n");
+    const std::string path = _folder.file("square.tlod");
+    const Outcome outcome = run({square, "-o", path, "--max-factor", "2"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_NE(outcome.errors.find("repaired: 1 face without an area dropped; 1 duplicate face dropped; 1 face turned to agree"),
+              std::string::npos)
+        << outcome.errors;
+    EXPECT_NE(outcome.errors.find("warning: " + _folder.file("gone.mtl") + ": no such file"), std::string::npos) << outcome.errors;
+    expectRefused({square, "-o", path, "--max-factor", "2", "-q", "--strict"}, "square.obj: not baked, as it is not sound: 1 face");
+    writeBytes(square, "mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl a\nf 1 2 3\nf 1 3 4\n");
+    expectRefused({square, "-o", path, "--max-factor", "2", "-q", "--strict"}, "gone.mtl: no such file");
+    writeBytes(square, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 9 9 9\nf 1 2 3\nf 1 3 4\n");
+    EXPECT_EQ(run({square, "-o", path, "--max-factor", "2", "-q", "--strict"}).code, 0) << "an idle vertex is no fault";
 }
 
 TEST_F(BakeCommand, BakesDisplacedMeshesAndTerrain)

@@ -259,11 +259,12 @@ TEST(ReaderWriterTLOD, HasTheColourImageAsATexture)
 {
     const TemporaryDirectory folder;
     LodAsset asset = makeSyntheticAsset();
-    asset.colorImage = "maps/red.ppm";
+    asset.materials.emplace_back().textures = {{LodTexture::Role::Color, "map_Kd", "maps/red.ppm"}};
     writeTlod(folder.file("x.tlod"), asset);
     const auto textureWith = [&](const char* options) -> osg::ref_ptr<osg::StateAttribute> {
         const osg::ref_ptr<osg::Node> node = read(folder.file("x.tlod"), options).getNode();
-        const osg::StateSet* state = node.valid() ? node->getStateSet() : nullptr;
+        const auto* drawable = dynamic_cast<const TessLODDrawable*>(node.get());
+        const osg::StateSet* state = drawable != nullptr ? drawable->getMaterialState(0) : nullptr;
         return state != nullptr
                    ? const_cast<osg::StateAttribute*>(state->getTextureAttribute(0, osg::StateAttribute::TEXTURE))
                    : nullptr;

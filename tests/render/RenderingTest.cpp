@@ -488,6 +488,48 @@ TEST_F(ColoredRendering, facesWithoutUvsShowNoTexture)
     EXPECT_EQ(pixel(100, 100), (Pixel{255, 255, 255}));
 }
 
+TEST_F(ColoredRendering, everyMaterialHasItsState)
+{
+    LodAsset asset = linearAsset(true, false);
+    asset.materials.resize(2);
+    for (const LodPatch& patch : asset.patches) {
+        float y = 0.0F;
+        for (const std::uint32_t v : patch.baseVertices) { y += static_cast<float>(asset.baseVertices[v][1]); }
+        asset.patchMaterials.push_back(y > 0.0F ? 1 : 0);
+    }
+    show(std::move(asset));
+    const auto stateOf = [](const osg::Vec4& color) {
+        const osg::ref_ptr<osg::StateSet> state = new osg::StateSet;
+        const osg::ref_ptr<osg::Material> material = new osg::Material;
+        material->setDiffuse(osg::Material::FRONT_AND_BACK, color);
+        state->setAttribute(material);
+        state->setTextureMode(0, GL_TEXTURE_2D, osg::StateAttribute::OFF);
+        return state;
+    };
+    const auto expectColors = [&](const Pixel& left, const Pixel& right, const char* what) {
+        frame();
+        for (int y = 70; y < 130; y += 10) {
+            EXPECT_EQ(pixel(kSize / 2 - 20, y), left) << what << " " << y;
+            EXPECT_EQ(pixel(kSize / 2 + 20, y), right) << what << " " << y;
+        }
+    };
+    drawable->setMaterialState(0, stateOf({1.0F, 0.0F, 0.0F, 1.0F}));
+    drawable->setMaterialState(1, stateOf({0.0F, 1.0F, 0.0F, 1.0F}));
+    for (const Backend backend : {Backend::Tessellation, Backend::Instanced}) {
+        for (const auto selector : {SelectionOptions::Selector::Cpu, SelectionOptions::Selector::Gpu}) {
+            SelectionOptions options = drawable->getOptions();
+            options.backend = backend;
+            options.selector = selector;
+            drawable->setOptions(options);
+            expectColors({255, 0, 0}, {0, 255, 0}, backend == Backend::Instanced ? "instanced" : "tessellation");
+        }
+    }
+    const osg::ref_ptr<TessLODDrawable> copy = osg::clone(drawable.get(), osg::CopyOp::SHALLOW_COPY);
+    EXPECT_EQ(copy->getMaterialState(1), drawable->getMaterialState(1));
+    drawable->setMaterialState(0, drawable->getMaterialState(1));
+    expectColors({0, 255, 0}, {0, 255, 0}, "the same state twice");
+}
+
 TEST_F(ColoredRendering, withoutUvsTheTextureIsNotAsked)
 {
     show(makeSyntheticAsset(16, true));

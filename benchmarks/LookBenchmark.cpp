@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: MIT
+#include "Benchmark.h"
+
+#include <osgTessLOD/asset/AssetImages.h>
+#include <osgTessLOD/bake/SourceSurface.h>
+#include <osgTessLOD/render/MaterialState.h>
+#include <osgTessLOD/render/TessLODDrawable.h>
+#include <osgtesslodviewer/headless/HeadlessContext.h>
+
+#include <fmt/format.h>
+#include <osg/Geometry>
+#include <osg/Image>
+#include <osg/Material>
+#include <osg/Switch>
+#include <osgDB/WriteFile>
+#include <osgViewer/Viewer>
+
+#include <array>
+#include <cmath>
+#include <exception>
+#include <memory>
+#include <stdexcept>
+
+namespace osgTessLOD::benchmarks {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kWidth = 1280;
+constexpr int kHeight = 800;
+/// Of the eye from the middle, in radii of the bounding sphere.
+constexpr std::array<double, 4> kDistances{2.0, 4.0, 10.0, 40.0};
+constexpr int kNear = 8; ///< steps of 255 that colours may differ by and still look alike
+
+/// Reads the picture at the end of a frame: red, green, blue and whether anything was drawn.
+class Picture : public osg::Camera::DrawCallback {
+public:
+    using osg::Camera::DrawCallback::operator();
+    void operator()(osg::RenderInfo&) const override
+    {
+        _renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+        _image->readPixels(0, 0, kWidth, kHeight, GL_RGBA, GL_UNSIGNED_BYTE);
+    }
+    osg::ref_ptr<osg::Image> image() const { return osg::clone(_image.get(), osg::CopyOp::DEEP_COPY_ALL); }
+    const std::string& renderer() const { return _renderer; }
+
+private:
+    osg::ref_ptr<osg::Image> _image = new osg::Image;
+    mutable std::string _renderer;
+};
+
+/// How two pictures differ, of pixels that both draw on.
+struct Difference {
+    std::uint64_t pixels = 0;
+    std::uint64_t onlyOne = 0;  ///< pixels that one of them draws on
+    double mean = 0.0;          ///< absolute, of all channels, in steps of 255
+    double nearShare = 0.0;     ///< of pixels whose channels all differ by kNear at most
+    int largest = 0;
+};
+
+Difference compare(const osg::Image& first, const osg::Image& second)
+{
+    Difference result;
+    std::uint64_t sum = 0;
+    std::uint64_t nearPixels = 0;
+    for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+            const unsigned char* a = first.data(static_cast<unsigned>(x), static_cast<unsigned>(y));
+            const unsigned char* b = second.data(static_cast<unsigned>(x), static_cast<unsigned>(y));
+            if (a[3] == 0 && b[3] == 0) { continue; }
+            if (a[3] == 0 || b[3] == 0) {
+                ++result.onlyOne;
+                continue;
+            }
+            int worst = 0;
+            for (int k = 0; k < 3; ++k) {
+                const int difference = std::abs(int{a[k]} - int{b[k]});
+                sum += static_cast<std::uint64_t>(difference);
+                worst = std::max(worst, difference);
+            }
+            ++result.pixels;
+            nearPixels += worst <= kNear ? 1 : 0;
+            result.largest = std::max(result.largest, worst);
+        }
+    }
+    const double pixels = static_cast<double>(std::max<std::uint64_t>(result.pixels, 1));
+    result.mean = static_cast<double>(sum) / (3.0 * pixels);
+    result.nearShare = static_cast<double>(nearPixels) / pixels;
+    return result;
+}
+
+/// All triangles of the source, with normals as a bake has them, in the asset's frame.
+osg::ref_ptr<osg::Geometry> fullGeometry(const Scene& scene, const LodAsset& asset)
+{
+    bake::SourceMesh mesh = bake::importMesh(scene.source);
+    cleanMesh(mesh);
+    const bake::CornerNormals normals = bake::cornerNormals(mesh, bake::ControlMeshOptions().creaseAngleRadians);
+    const osg::ref_ptr<osg::Vec3Array> vertices = new osg::Vec3Array;
+    const osg::ref_ptr<osg::Vec3Array> directions = new osg::Vec3Array(osg::Array::BIND_PER_VERTEX);
+    const osg::ref_ptr<osg::Vec2Array> uvs = new osg::Vec2Array;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Eigen::Vector3d& p = mesh.positions[mesh.triangles[t][k]];
+            const auto at = [&](std::size_t axis) { return p[static_cast<Eigen::Index>(axis)] - asset.lattice.origin[axis]; };
+            vertices->push_back(osg::Vec3(osg::Vec3d(at(0), at(1), at(2))));
+            const Eigen::Vector3f& n = normals[t][k];
+            directions->push_back(osg::Vec3(n.x(), n.y(), n.z()));
+            if (mesh.hasUvs(t)) {
+                uvs->push_back(osg::Vec2(mesh.uvs[t][k].x(), mesh.uvs[t][k].y()));
+            } else {
+                uvs->push_back(osg::Vec2());
+            }
+        }
+    }
+    osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
+    geometry->setUseDisplayList(false);
+    geometry->setUseVertexBufferObjects(true);
+    geometry->setVertexArray(vertices.get());
+    geometry->setNormalArray(directions.get());
+    geometry->setTexCoordArray(0, uvs.get());
+    geometry->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLES, 0, static_cast<int>(vertices->size())));
+    return geometry;
+}
+
+/// The baked model, and all of its source's triangles, under the same light.
+class Stage {
+public:
+    Stage(const Scene& scene, const std::string& colorImage)
+    {
+        _drawable = drawableOf(scene, colorImage);
+        const osg::ref_ptr<osg::Geometry> geometry = fullGeometry(scene, *_drawable->getAsset());
+        if (_drawable->getMaterialState(0) != nullptr) { geometry->setStateSet(_drawable->getMaterialState(0)); }
+        _shown->addChild(_drawable.get());
+        _shown->addChild(geometry.get());
+        osg::StateSet* state = _shown->getOrCreateStateSet();
+        state->setAttributeAndModes(new osg::Material);
+        state->setMode(GL_NORMALIZE, osg::StateAttribute::ON);
+        std::string error;
+        const osg::ref_ptr<osg::GraphicsContext> context = createHeadlessContext(kWidth, kHeight, error);
+        if (!context) { throw std::runtime_error("no OpenGL without a window: " + error); }
+        _viewer.setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
+        _viewer.setLightingMode(osg::View::HEADLIGHT);
+        osg::Camera& camera = *_viewer.getCamera();
+        camera.setGraphicsContext(context.get());
+        camera.setViewport(0, 0, kWidth, kHeight);
+        camera.setClearColor(osg::Vec4(0.0F, 0.0F, 0.0F, 0.0F));
+        camera.setFinalDrawCallback(_picture.get());
+        _viewer.setSceneData(_shown.get());
+        _viewer.realize();
+        if (!_viewer.isRealized()) { throw std::runtime_error("the OpenGL context could not be made"); }
+        drawFrom(kDistances.front(), 0); // what a context draws first is brighter
+    }
+
+    osg::ref_ptr<osg::Image> drawFrom(double distance, unsigned which)
+    {
+        const osg::BoundingSphere& sphere = _drawable->getBound();
+        const osg::Vec3d center(sphere.center());
+        const double radius = double{sphere.radius()};
+        osg::Camera& camera = *_viewer.getCamera();
+        camera.setProjectionMatrixAsPerspective(30.0, double{kWidth} / kHeight, 0.01 * radius, 2.0 * distance * radius);
+        camera.setViewMatrixAsLookAt(center + osg::Vec3d(0.35, -0.9, 0.25) * (distance * radius), center, osg::Vec3d(0.0, 0.0, 1.0));
+        _shown->setSingleChildOn(which);
+        _viewer.frame();
+        return _picture->image();
+    }
+    const std::string& renderer() const { return _picture->renderer(); }
+
+private:
+    static osg::ref_ptr<TessLODDrawable> drawableOf(const Scene& scene, const std::string& colorImage)
+    {
+        bake::Progress progress;
+        bake::BakeReport report;
+        LodAsset asset = bake::bakeSource(scene.source, bake::BakeOptions(), progress, report);
+        if (asset.patchMaterials.size() > 1) { throw std::runtime_error("has several materials"); }
+        if (!colorImage.empty()) { setColorImage(asset, colorImage); }
+        osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(std::make_shared<const LodAsset>(std::move(asset)));
+        addMaterialStates(*drawable, "", nullptr);
+        SelectionOptions options;
+        options.errorPixels = 1.0;
+        drawable->setOptions(options);
+        return drawable;
+    }
+
+    osg::ref_ptr<TessLODDrawable> _drawable;
+    osg::ref_ptr<osg::Switch> _shown = new osg::Switch;
+    osg::ref_ptr<Picture> _picture = new Picture;
+    osgViewer::Viewer _viewer;
+};
+
+void keep(const osg::Image& image, const LookBenchmarkOptions& options, const std::string& scene, double distance, const char* which)
+{
+    if (options.keepFolder.empty()) { return; }
+    const std::string path = fmt::format("{}/{}_{:g}_{}.png", options.keepFolder, scene, distance, which);
+    if (!osgDB::writeImageFile(image, path)) { throw std::runtime_error(path + ": cannot be written"); }
+}
+
+std::vector<std::string> tableRow(const Json& row)
+{
+    return {row["scene"].get<std::string>(),
+            fmt::format("{:g}", row["distance"].get<double>()),
+            grouped(row["pixels"].get<std::uint64_t>()),
+            grouped(row["onlyOne"].get<std::uint64_t>()),
+            fmt::format("{:.3f}", row["mean"].get<double>()),
+            fmt::format("{:.3f}", 100.0 * row["nearShare"].get<double>()),
+            std::to_string(row["largest"].get<int>())};
+}
+
+} // namespace
+
+BenchmarkResult benchmarkLook(const std::vector<Scene>& scenes, const LookBenchmarkOptions& options)
+{
+    BenchmarkResult result;
+    result.tables.emplace_back().headers = {"scene", "distance", "pixels", "of one alone", "mean difference", "within 8 %", "largest"};
+    double mean = 0.0;
+    double nearShare = 1.0;
+    for (const Scene& scene : scenes) {
+        try {
+            Stage stage(scene, options.colorImage);
+            for (const double distance : kDistances) {
+                const osg::ref_ptr<osg::Image> ours = stage.drawFrom(distance, 0);
+                const osg::ref_ptr<osg::Image> full = stage.drawFrom(distance, 1);
+                const Difference difference = compare(*ours, *full);
+                keep(*ours, options, scene.name, distance, "baked");
+                keep(*full, options, scene.name, distance, "full");
+                result.rows.push_back({{"scene", scene.name},
+                                       {"distance", distance},
+                                       {"pixels", difference.pixels},
+                                       {"onlyOne", difference.onlyOne},
+                                       {"mean", difference.mean},
+                                       {"nearShare", difference.nearShare},
+                                       {"largest", difference.largest}});
+                result.tables.front().rows.push_back(tableRow(result.rows.back()));
+                mean = std::max(mean, difference.mean);
+                nearShare = std::min(nearShare, difference.nearShare);
+            }
+            result.glRenderer = stage.renderer();
+        } catch (const std::exception& error) {
+            result.failures.push_back(scene.name + ": " + error.what());
+        }
+    }
+    result.summary = {{"largest_mean_difference", mean}, {"least_share_within_8", nearShare}};
+    return result;
+}
+
+} // namespace osgTessLOD::benchmarks
