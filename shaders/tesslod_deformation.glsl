@@ -2,7 +2,7 @@
 // Where a deformation of the control mesh has the surface: linear blend skinning by the corner weights of a patch.
 //
 // Shared text: pasted behind the #version line of the stage that places vertices, after tesslod_surface.glsl, and of the fragment
-// stage.
+// stage; after tesslod_precise.glsl in versions before 4.00.
 //
 // In: tessLodDeformation       RGBA32F, three texels per base vertex: the rows of its transform less the identity's, of which the
 //                              fourth numbers translate                                        (with TESSLOD_DEFORMATION)

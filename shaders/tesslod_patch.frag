@@ -1,8 +1,8 @@
 #version 330 compatibility
 // SPDX-License-Identifier: MIT
 // Gathers what is known of the surface at a fragment and has tessLodShade colour it.
-// Needs tesslod_normal.glsl, tesslod_color.glsl, tesslod_shadow.glsl, tesslod_lighting.glsl, tesslod_fragment.glsl, tesslod_shade.glsl
-// and tesslod_deformation.glsl.
+// Needs tesslod_precise.glsl, tesslod_deformation.glsl, tesslod_normal.glsl, tesslod_color.glsl, tesslod_shadow.glsl, tesslod_lighting.glsl, tesslod_fragment.glsl
+// and tesslod_shade.glsl.
 // In: tessLodEyePosition    eye space
 //     tessLodWeights        corner weights in the patch, tessLodFragmentPatch   (with TESSLOD_NORMALS)
 //     tessLodUndeformedPosition  the asset's space, see tesslod_deformation.glsl (with TESSLOD_NORMALS and TESSLOD_DEFORMATION)

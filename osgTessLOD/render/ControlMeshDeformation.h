@@ -41,7 +41,7 @@ struct AffineMap;
 class OSGTESSLOD_EXPORT ControlMeshDeformation : public osg::Referenced {
 public:
     /// Texture unit of the buffer: one that nothing else uses, as those of AssetPages.
-    static constexpr unsigned kUnit = 9;
+    static constexpr unsigned kUnit = 17;
     static constexpr std::size_t kTexels = 3;
 
     /// Where base vertices are when nothing is deformed, in the space of the asset: what transforms are made for.

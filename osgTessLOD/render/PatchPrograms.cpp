@@ -50,8 +50,9 @@ osg::ref_ptr<osg::StateSet> makeState(Backend backend, osg::Program* program)
 /// Shades by tessLodShade as `shading` defines it, or as tesslod_shade.glsl does where that is empty.
 osg::ref_ptr<osg::Shader> makeFragmentShader(const std::string& shading)
 {
-    std::vector<std::string> shared{"tesslod_deformation.glsl", "tesslod_normal.glsl", "tesslod_color.glsl",
-                                    "tesslod_shadow.glsl", "tesslod_lighting.glsl", "tesslod_fragment.glsl"};
+    std::vector<std::string> shared{"tesslod_precise.glsl",  "tesslod_deformation.glsl", "tesslod_normal.glsl",
+                                    "tesslod_color.glsl",    "tesslod_shadow.glsl",      "tesslod_lighting.glsl",
+                                    "tesslod_fragment.glsl"};
     if (shading.empty()) {
         shared.emplace_back("tesslod_shade.glsl");
         return createShader(osg::Shader::FRAGMENT, "tesslod_patch.frag", shared);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Deformed control meshes: what the GPU draws of them is its CPU twin's to the bit, closed and lit as it lies; what is selected,
 // culled and met follows the pose.
-#include <render/CapturedInstead.h>
 #include <render/ClosedSurface.h>
 #include <render/GlTest.h>
+#include <render/PlainTwin.h>
 #include <render/Poses.h>
 #include <render/ViewerTest.h>
 
@@ -14,8 +14,12 @@
 #include <osgTessLOD/render/DrawContext.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <osgTessLOD/render/TessLODInstances.h>
+#include <support/RandomDirection.h>
+#include <support/ScreenCamera.h>
 
+#include <osg/GLExtensions>
 #include <osg/MatrixTransform>
+#include <osgDB/WriteFile>
 #include <osgUtil/IntersectionVisitor>
 #include <osgUtil/LineSegmentIntersector>
 
@@ -23,6 +27,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <random>
 
 namespace osgTessLOD {
@@ -195,6 +200,291 @@ TEST_P(Deformation, whatIsNoTransformLeavesItsVertexInPlace)
 
 INSTANTIATE_TEST_SUITE_P(EveryBackend, Deformation, testing::Values(Backend::Tessellation, Backend::Instanced),
                          [](const auto& named) { return std::string(nameOf(named.param)); });
+
+// -------------------------------------------------------------------------------------------------- selection ---
+
+ScreenCamera lookingAt(const osg::Vec3d& center, double distance, unsigned seed)
+{
+    std::mt19937_64 random(seed);
+    ScreenCamera camera;
+    camera.width = 640.0;
+    camera.height = 480.0;
+    const osg::Vec3d target = center + randomDirection(random) * 0.8;
+    camera.localToEye = osg::Matrixd::lookAt(target + randomDirection(random) * distance, target, randomDirection(random));
+    camera.projection.makePerspective(35.0, camera.width / camera.height, 0.01, 1000.0);
+    return camera;
+}
+
+/// Deformed, at the patch's finest level.
+std::vector<osg::Vec3d> finestVertices(const GpuAsset& asset, const ControlMeshDeformation& deformation, std::uint32_t patch)
+{
+    std::vector<osg::Vec3d> vertices;
+    std::array<float, 3> levels{};
+    for (std::size_t side = 0; side < 3; ++side) {
+        levels[side] = asset.asset().edges[asset.asset().patches[patch].edges[side]].finestLevel;
+    }
+    const unsigned factor = asset.asset().ladder[MorphedSurface::drawnLevel(levels)];
+    for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
+        const auto p = asset.surface().tessLodSurfacePoint(patch, levels, v);
+        vertices.push_back(
+            deformation.tessLodDeformed({p.position[0], p.position[1], p.position[2]}, p.weights, patch));
+    }
+    return vertices;
+}
+
+TEST(DeformedSelection, patchesInViewAreDrawnAndOthersAreNot)
+{
+    const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(makeSyntheticSheet(8, 6, false));
+    std::size_t culled = 0;
+    std::size_t drawn = 0;
+    for (unsigned pose = 0; pose < kPoses; ++pose) {
+        const osg::ref_ptr<ControlMeshDeformation> deformation =
+            pose % 4 == 3 ? wildlyDeformed(*asset, pose) : deformed(*asset, bending, 0.1 * pose);
+        const ScreenCamera camera = lookingAt(deformation->bounds().center(), 2.0, pose);
+        std::vector<bool> isDrawn(asset->asset().patches.size(), false);
+        const auto selected = deformation->selector().select(camera.view(), SelectionOptions(), camera.sides());
+        for (const PatchRecord& record : selected.records) { isDrawn[record.patch] = true; }
+        culled += selected.statistics.culledPatches;
+        drawn += selected.records.size();
+        for (std::uint32_t p = 0; p < isDrawn.size(); ++p) {
+            const BoundSphere& sphere = deformation->selector().deformedSphere(p);
+            for (const osg::Vec3d& at : finestVertices(*asset, *deformation, p)) {
+                ASSERT_TRUE(deformation->bounds().contains(at)) << "pose " << pose;
+                ASSERT_LE((at - osg::Vec3d(sphere.center)).length(), sphere.radius) << "pose " << pose;
+                const auto sides = camera.sides();
+                const bool isInView = std::all_of(sides.begin(), sides.end(),
+                                                  [&](const osg::Plane& side) { return side.distance(at) >= 0.0; });
+                ASSERT_TRUE(isDrawn[p] || !isInView) << "pose " << pose << ", patch " << p;
+            }
+        }
+    }
+    EXPECT_GT(culled, 500U);
+    EXPECT_GT(drawn, 500U);
+}
+
+TEST(DeformedSelection, whatIsTurnedIsSelectedAsUnderATransform)
+{
+    // Spheres are made larger by 10⁻⁶ of their coordinates, and a level is gone through while the error changes by a tenth.
+    constexpr float kTolerance = 2e-3F;
+    const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(makeSyntheticMixedAsset(16));
+    std::size_t between = 0;
+    for (unsigned pose = 0; pose < kPoses; ++pose) {
+        const osg::Matrixd placement = turning(osg::Vec3d(), 0.1 * pose);
+        const osg::ref_ptr<ControlMeshDeformation> deformation = deformed(*asset, turning, 0.1 * pose);
+        ScreenCamera camera = lookingAt(deformation->bounds().center(), 1.5 + 0.3 * pose, pose);
+        SelectionOptions options;
+        options.errorPixels = 0.5 + pose % 7;
+        const auto turned = deformation->selector().select(camera.view(), options, camera.sides());
+        camera.localToEye.preMult(placement);
+        const auto expected = asset->selector().select(camera.view(), options, camera.sides());
+        std::map<std::uint32_t, std::array<float, 3>> levels;
+        for (const PatchRecord& record : expected.records) { levels[record.patch] = record.edgeLevels; }
+        ASSERT_EQ(turned.records.size(), levels.size()) << "pose " << pose;
+        for (const PatchRecord& record : turned.records) {
+            for (std::size_t side = 0; side < 3; ++side) {
+                const float level = levels.at(record.patch)[side];
+                ASSERT_NEAR(record.edgeLevels[side], level, kTolerance) << "pose " << pose;
+                between += level != std::floor(level) ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_GT(between, 10U);
+}
+
+// ------------------------------------------------------------------------------------------------- in a scene ---
+
+std::shared_ptr<const LodAsset> shared(LodAsset asset)
+{
+    return std::make_shared<const LodAsset>(std::move(asset));
+}
+
+TEST(DeformedDrawable, sharesItsDeformationAndForgetsItWithTheAsset)
+{
+    WarningCollector warnings;
+    const auto asset = shared(makeSyntheticAsset(8, false));
+    const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(asset);
+    const osg::BoundingBox undeformed = drawable->getBoundingBox();
+    const osg::ref_ptr<ControlMeshDeformation> pose = deformed(*drawable->getGpuAsset(), turning, 1.0);
+    drawable->setDeformation(pose);
+    EXPECT_EQ(drawable->getBoundingBox()._min, pose->bounds()._min);
+    for (const auto how : {osg::CopyOp::SHALLOW_COPY, osg::CopyOp::DEEP_COPY_ALL}) {
+        const osg::ref_ptr<TessLODDrawable> copy = osg::clone(drawable.get(), how);
+        EXPECT_EQ(copy->getDeformation(), pose.get());
+        EXPECT_EQ(copy->getBoundingBox()._max, pose->bounds()._max);
+    }
+    drawable->setDeformation(nullptr);
+    EXPECT_EQ(drawable->getBoundingBox()._min, undeformed._min);
+    const osg::ref_ptr<TessLODDrawable> sibling = new TessLODDrawable(asset); // with GL objects of its own
+    sibling->setDeformation(pose);
+    EXPECT_EQ(sibling->getDeformation(), pose.get());
+    sibling->setAsset(shared(makeSyntheticAsset(8, false)));
+    EXPECT_EQ(sibling->getDeformation(), nullptr);
+    EXPECT_EQ(warnings.text(), "");
+    sibling->setDeformation(pose);
+    EXPECT_EQ(sibling->getDeformation(), nullptr);
+    EXPECT_NE(warnings.text().find("another asset"), std::string::npos);
+}
+
+double heightOfHit(osg::Node& scene)
+{
+    const osg::ref_ptr<osgUtil::LineSegmentIntersector> line =
+        new osgUtil::LineSegmentIntersector(osg::Vec3d(0.1, 0.05, 50.0), osg::Vec3d(0.1, 0.05, -50.0));
+    osgUtil::IntersectionVisitor visitor(line.get());
+    scene.accept(visitor);
+    return line->containsIntersections() ? line->getFirstIntersection().getWorldIntersectPoint().z() : 1e9;
+}
+
+TEST(DeformedDrawable, isMetWhereItIsPosed)
+{
+    const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(shared(makeSyntheticAsset(16, false)));
+    const osg::ref_ptr<TessLODInstances> instances = new TessLODInstances(drawable->getAsset());
+    instances->setPlacements({osg::Matrixd::translate(0.0, 0.0, 10.0)});
+    const double before = heightOfHit(*drawable);
+    for (const double height : {1.0, -2.0, 0.0}) {
+        const Motion raised = [=](const osg::Vec3d&, double) { return osg::Matrixd::translate(0.0, 0.0, height); };
+        const osg::ref_ptr<ControlMeshDeformation> pose = deformed(*drawable->getGpuAsset(), raised, 0.0);
+        drawable->setDeformation(pose);
+        instances->setDeformation(pose);
+        EXPECT_NEAR(heightOfHit(*drawable), before + height, 1e-5);
+        EXPECT_NEAR(heightOfHit(*instances), before + height + 10.0, 1e-5);
+    }
+}
+
+/// A viewer with one camera at (0, 0, 7), and what was captured and seen at the end of its last frame.
+class DeformedScene : public testing::Test {
+protected:
+    static constexpr int kSize = 160;
+
+    DeformedScene()
+    {
+        viewer.setThreadingModel(osgViewer::Viewer::SingleThreaded);
+        osg::Camera& camera = *viewer.getCamera();
+        setUpHeadless(camera, kSize, kSize);
+        camera.setViewMatrixAsLookAt(osg::Vec3d(0.0, 0.0, 7.0), osg::Vec3d(), osg::Vec3d(0.0, 1.0, 0.0));
+        camera.setFinalDrawCallback(snapshot.get());
+        viewer.realize();
+    }
+    ~DeformedScene() override { EXPECT_EQ(warnings.text(), ""); }
+
+    const osg::Image& picture(osg::Node& scene)
+    {
+        if (viewer.getSceneData() != &scene) { viewer.setSceneData(&scene); }
+        viewer.frame();
+        return snapshot->image();
+    }
+
+    WarningCollector warnings;
+    osg::ref_ptr<Snapshot> snapshot = new Snapshot;
+    osgViewer::Viewer viewer;
+};
+
+/// Mean difference of channels, of 255, over pixels that both pictures cover.
+double meanDifference(const osg::Image& a, const osg::Image& b)
+{
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (int y = 0; y < a.t(); ++y) {
+        for (int x = 0; x < a.s(); ++x) {
+            const unsigned char* p = a.data(static_cast<unsigned>(x), static_cast<unsigned>(y));
+            const unsigned char* q = b.data(static_cast<unsigned>(x), static_cast<unsigned>(y));
+            if (p[0] != p[2] || q[0] != q[2]) { continue; } // the background is blue
+            sum += std::abs(p[0] - q[0]);
+            ++count;
+        }
+    }
+    EXPECT_GT(count, 1000U);
+    return sum / static_cast<double>(count);
+}
+
+TEST_F(DeformedScene, isLitAsItLies)
+{
+    const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(shared(makeSyntheticDisplacedAsset(32, true)));
+    SelectionOptions options;
+    options.errorPixels = 0.01;
+    drawable->setOptions(options);
+    const osg::ref_ptr<RecordingObserver> observer = new RecordingObserver;
+    drawable->setSelectionObserver(observer.get());
+    const osg::ref_ptr<osg::Group> scene = new osg::Group;
+    scene->addChild(drawable.get());
+    const Motion mirrored = [](const osg::Vec3d&, double) { return osg::Matrixd::scale(-1.0, 0.6, 0.8); };
+    const Motion shifted = [](const osg::Vec3d& at, double) { // moves, and turns nothing
+        return osg::Matrixd::translate(0.0, 0.0, 0.7 * at.x());
+    };
+    for (const Motion& motion : {Motion(waves), Motion(bending), shifted, mirrored}) {
+        drawable->setDeformation(deformed(*drawable->getGpuAsset(), motion, 1.0));
+        const osg::ref_ptr<osg::Image> drawn = osg::clone(&picture(*scene), osg::CopyOp::DEEP_COPY_ALL);
+        const auto entries = observer->take();
+        viewer.getCamera()->getGraphicsContext()->makeCurrent();
+        osg::RenderInfo renderInfo(viewer.getCamera()->getGraphicsContext()->getState(), nullptr);
+        const osg::ref_ptr<osg::Geometry> plain = plainGeometry(entries.back().selection->capture(renderInfo));
+        viewer.getCamera()->getGraphicsContext()->releaseContext();
+        const osg::ref_ptr<osg::Group> other = new osg::Group;
+        other->addChild(plain.get());
+        static int n; osgDB::writeImageFile(*drawn, "/tmp/dd"+std::to_string(n)+".png"); osgDB::writeImageFile(picture(*other), "/tmp/de"+std::to_string(n++)+".png");
+        EXPECT_LT(meanDifference(*drawn, picture(*other)), 4.0);
+    }
+}
+
+TEST_F(DeformedScene, instancesShareThePose)
+{
+    const auto asset = shared(makeSyntheticAsset(16, true));
+    const std::vector<osg::Matrixd> placements{osg::Matrixd::translate(-0.9, 0.0, 0.0),
+                                               osg::Matrixd::rotate(1.0, 0.2, 1.0, 0.0) * osg::Matrixd::translate(0.9, 0.3, -1.0)};
+    const osg::ref_ptr<TessLODInstances> instances = new TessLODInstances(asset);
+    const osg::ref_ptr<ControlMeshDeformation> pose = deformed(*instances->getGpuAsset(), bending, 1.0);
+    instances->setPlacements(placements);
+    instances->setDeformation(pose);
+    const osg::ref_ptr<osg::Group> group = new osg::Group;
+    for (const osg::Matrixd& placement : placements) {
+        const osg::ref_ptr<osg::MatrixTransform> transform = new osg::MatrixTransform(placement);
+        const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(asset);
+        drawable->setDeformation(pose);
+        transform->addChild(drawable.get());
+        group->addChild(transform.get());
+    }
+    const osg::ref_ptr<osg::Group> scene = new osg::Group;
+    scene->addChild(instances.get());
+    const osg::ref_ptr<osg::Image> drawn = osg::clone(&picture(*scene), osg::CopyOp::DEEP_COPY_ALL);
+    EXPECT_LE(differingPixels(*drawn, picture(*group), 8), 10U);
+}
+
+TEST_F(DeformedScene, theControlShaderLeavesSelectionToTheProcessor)
+{
+    const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(shared(makeSyntheticAsset(16, true)));
+    SelectionOptions options;
+    options.selector = SelectionOptions::Selector::Gpu;
+    drawable->setOptions(options);
+    const osg::ref_ptr<RecordingObserver> observer = new RecordingObserver;
+    drawable->setSelectionObserver(observer.get());
+    drawable->setDeformation(deformed(*drawable->getGpuAsset(), bending, 1.0));
+    picture(*drawable);
+    EXPECT_FALSE(observer->take().back().selection->isSelectedWhenDrawn());
+    drawable->setDeformation(nullptr);
+    picture(*drawable);
+    EXPECT_TRUE(observer->take().back().selection->isSelectedWhenDrawn());
+}
+
+TEST_F(DeformedScene, aThousandPosesLeaveNothingBehind)
+{
+    const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(shared(makeSyntheticAsset(4, true)));
+    const auto objectsAfter = [&](int frames) {
+        for (int frame = 0; frame < frames; ++frame) {
+            drawable->setDeformation(deformed(*drawable->getGpuAsset(), bending, 0.01 * frame));
+            picture(*drawable);
+        }
+        osg::GraphicsContext& context = *viewer.getCamera()->getGraphicsContext();
+        context.makeCurrent();
+        const auto* gl = context.getState()->get<osg::GLExtensions>();
+        std::size_t count = 0;
+        for (GLuint name = 1; name < 10'000; ++name) {
+            count += (gl->glIsBuffer(name) != 0 ? 1 : 0) + (glIsTexture(name) != 0 ? 1 : 0);
+        }
+        context.releaseContext();
+        return count;
+    };
+    const std::size_t before = objectsAfter(20);
+    EXPECT_LE(objectsAfter(1000), before + 2);
+}
 
 } // namespace
 } // namespace osgTessLOD
