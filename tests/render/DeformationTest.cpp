@@ -18,8 +18,8 @@
 #include <support/ScreenCamera.h>
 
 #include <osg/GLExtensions>
+#include <osg/Material>
 #include <osg/MatrixTransform>
-#include <osgDB/WriteFile>
 #include <osgUtil/IntersectionVisitor>
 #include <osgUtil/LineSegmentIntersector>
 
@@ -29,6 +29,7 @@
 #include <limits>
 #include <map>
 #include <random>
+#include <utility>
 
 namespace osgTessLOD {
 namespace {
@@ -368,7 +369,10 @@ protected:
 
     const osg::Image& picture(osg::Node& scene)
     {
-        if (viewer.getSceneData() != &scene) { viewer.setSceneData(&scene); }
+        if (viewer.getSceneData() != &scene) {
+            viewer.setSceneData(&scene);
+            viewer.frame(); // in which the faster backend is found
+        }
         viewer.frame();
         return snapshot->image();
     }
@@ -406,22 +410,33 @@ TEST_F(DeformedScene, isLitAsItLies)
     drawable->setSelectionObserver(observer.get());
     const osg::ref_ptr<osg::Group> scene = new osg::Group;
     scene->addChild(drawable.get());
+    const osg::ref_ptr<osg::Material> gray = new osg::Material; // whatever colours there are
+    scene->getOrCreateStateSet()->setAttribute(gray.get());
     const Motion mirrored = [](const osg::Vec3d&, double) { return osg::Matrixd::scale(-1.0, 0.6, 0.8); };
     const Motion shifted = [](const osg::Vec3d& at, double) { // moves, and turns nothing
         return osg::Matrixd::translate(0.0, 0.0, 0.7 * at.x());
     };
-    for (const Motion& motion : {Motion(waves), Motion(bending), shifted, mirrored}) {
+    // Pictures of triangles with normals of their own differ by 1.9 as it is. By Σ wᵢ Aᵢ alone it is 2.9, 5.9, 13.8 and 1.9, by
+    // normals that are not turned 3.6, 9.6, 13.8 and 7.6.
+    struct Case {
+        Motion motion;
+        double most;
+    };
+    for (const auto& [motion, most] : {Case{waves, 2.6}, Case{bending, 4.2}, Case{shifted, 6.5}, Case{mirrored, 2.3}}) {
+        const bool isMirror = most == 2.3;
         drawable->setDeformation(deformed(*drawable->getGpuAsset(), motion, 1.0));
         const osg::ref_ptr<osg::Image> drawn = osg::clone(&picture(*scene), osg::CopyOp::DEEP_COPY_ALL);
         const auto entries = observer->take();
         viewer.getCamera()->getGraphicsContext()->makeCurrent();
         osg::RenderInfo renderInfo(viewer.getCamera()->getGraphicsContext()->getState(), nullptr);
-        const osg::ref_ptr<osg::Geometry> plain = plainGeometry(entries.back().selection->capture(renderInfo));
+        std::vector<osg::Vec3f> corners = entries.back().selection->capture(renderInfo);
         viewer.getCamera()->getGraphicsContext()->releaseContext();
+        for (std::size_t k = 0; k < corners.size() && isMirror; k += 3) { std::swap(corners[k], corners[k + 1]); }
+        const osg::ref_ptr<osg::Geometry> plain = plainGeometry(corners);
         const osg::ref_ptr<osg::Group> other = new osg::Group;
         other->addChild(plain.get());
-        static int n; osgDB::writeImageFile(*drawn, "/tmp/dd"+std::to_string(n)+".png"); osgDB::writeImageFile(picture(*other), "/tmp/de"+std::to_string(n++)+".png");
-        EXPECT_LT(meanDifference(*drawn, picture(*other)), 4.0);
+        other->setStateSet(scene->getStateSet());
+        EXPECT_LT(meanDifference(*drawn, picture(*other)), most);
     }
 }
 
