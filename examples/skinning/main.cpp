@@ -11,8 +11,8 @@
 
 #include <array>
 #include <cmath>
-#include <exception>
 #include <iostream>
+#include <stdexcept>
 #include <vector>
 
 namespace {
@@ -36,70 +36,58 @@ Bones makeBones(const osg::BoundingBox& box)
 }
 
 /// Swings the bones, and has the control mesh follow them, in every update traversal.
-class Skin : public osg::DrawableUpdateCallback {
-public:
+struct Skin : osg::DrawableUpdateCallback {
     Skin(const Bones& bones, const osgTessLOD::LodAsset& asset, const osg::BoundingBox& box)
         : _bones(bones)
         , _joint(box.center().x(), box.center().y(), box.zMin())
         , _length((box.zMax() - box.zMin()) / bones.size())
     {
         for (const osg::Vec3d& at : ControlMeshDeformation::baseVertices(asset)) {
-            std::array<double, 3>& weights = _weights.emplace_back();
-            double sum = 0.0;
-            for (std::size_t k = 0; k < weights.size(); ++k) { // by the distance to the middle of each bone
-                const double distance = (at.z() - (_joint.z() + (k + 0.5) * _length)) / _length;
-                sum += weights[k] = std::exp(-4.0 * distance * distance);
-            }
-            for (double& weight : weights) { weight /= sum; }
+            const double along = (at.z() - _joint.z()) / _length; // by the distance to the middle of each bone
+            osg::Vec3d weights;
+            for (int k = 0; k < 3; ++k) { weights[k] = std::exp(-4.0 * std::pow(along - k - 0.5, 2.0)); }
+            _weights.push_back(weights / (weights * osg::Vec3d(1.0, 1.0, 1.0)));
         }
     }
 
     void update(osg::NodeVisitor* visitor, osg::Drawable* drawable) override
     {
         const double angle = 0.5 * std::sin(2.0 * visitor->getFrameStamp()->getSimulationTime());
-        for (std::size_t k = 0; k < _bones.size(); ++k) { // what an osgAnimation::UpdateBone does
-            const osg::Vec3d offset = k == 0 ? _joint : osg::Vec3d(0.0, 0.0, _length);
-            _bones[k]->setMatrix(osg::Matrix::rotate(k == 0 ? 0.0 : angle, osg::Vec3d(1, 0, 0)) * osg::Matrix::translate(offset));
-            const osg::Matrix parent = k == 0 ? osg::Matrix() : _bones[k - 1]->getMatrixInSkeletonSpace();
-            _bones[k]->setMatrixInSkeletonSpace(_bones[k]->getMatrix() * parent);
+        _bones[0]->setMatrixInSkeletonSpace(osg::Matrix::translate(_joint));
+        for (std::size_t k = 1; k < _bones.size(); ++k) { // what an osgAnimation::UpdateBone does
+            _bones[k]->setMatrix(osg::Matrix::rotate(angle, osg::Vec3d(1, 0, 0)) * osg::Matrix::translate(0.0, 0.0, _length));
+            _bones[k]->setMatrixInSkeletonSpace(_bones[k]->getMatrix() * _bones[k - 1]->getMatrixInSkeletonSpace());
         }
-        std::vector<osg::Matrixd> transforms;
-        for (const std::array<double, 3>& weights : _weights) {
-            osg::Matrixd blend = osg::Matrixd::scale(0.0, 0.0, 0.0);
-            for (std::size_t k = 0; k < _bones.size(); ++k) {
+        std::vector<osg::Matrixd> transforms(_weights.size(), osg::Matrixd::scale(0.0, 0.0, 0.0));
+        for (std::size_t vertex = 0; vertex < _weights.size(); ++vertex) {
+            for (int k = 0; k < 3; ++k) {
                 const osg::Matrixd bone = _bones[k]->getInvBindMatrixInSkeletonSpace() * _bones[k]->getMatrixInSkeletonSpace();
-                for (int n = 0; n < 15; ++n) { blend.ptr()[n] += weights[k] * bone.ptr()[n]; } // affine: the last stays 1
+                for (int n = 0; n < 15; ++n) { transforms[vertex].ptr()[n] += _weights[vertex][k] * bone.ptr()[n]; }
             }
-            transforms.push_back(blend);
         }
-        auto* lod = static_cast<TessLODDrawable*>(drawable);
-        lod->setDeformation(new ControlMeshDeformation(lod->getGpuAsset(), transforms));
+        auto& lod = static_cast<TessLODDrawable&>(*drawable);
+        lod.setDeformation(new ControlMeshDeformation(lod.getGpuAsset(), transforms));
     }
 
-private:
     const Bones _bones;
     const osg::Vec3d _joint;
     const double _length;
-    std::vector<std::array<double, 3>> _weights; ///< of the bones, per base vertex
+    std::vector<osg::Vec3d> _weights; // of the bones, per base vertex
 };
 
 } // namespace
 
 int main(int argc, char** argv)
 {
-    if (argc < 2) {
-        std::cerr << "usage: skinning FILE.tlod\n";
-        return 1;
-    }
     try {
+        if (argc < 2) { throw std::runtime_error("usage: skinning FILE.tlod"); }
         const auto asset = std::make_shared<const osgTessLOD::LodAsset>(osgTessLOD::readTlod(argv[1]));
         const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(asset);
         const Bones bones = makeBones(drawable->getBoundingBox());
+        drawable->setUpdateCallback(new Skin(bones, *asset, drawable->getBoundingBox()));
         const osg::ref_ptr<osgAnimation::Skeleton> skeleton = new osgAnimation::Skeleton;
         skeleton->addChild(bones[0]);
         skeleton->addChild(drawable);
-        drawable->setUpdateCallback(new Skin(bones, *asset, drawable->getBoundingBox()));
-
         osgViewer::Viewer viewer;
         viewer.setUpViewInWindow(50, 50, 1024, 768);
         viewer.setSceneData(skeleton);

@@ -29,8 +29,8 @@ public:
 
     void update(osg::NodeVisitor* visitor, osg::Drawable* drawable) override
     {
-        const double waveNumber = 2.5 * 2.0 * osg::PI / _length;
-        const double height = 0.04 * _length;
+        const double waveNumber = 2.0 * osg::PI / _length; // a wave is several patches long
+        const double height = 0.06 * _length;
         std::vector<osg::Matrixd> transforms;
         for (const osg::Vec3d& at : _baseVertices) {
             const double phase = waveNumber * at.x() - 3.0 * visitor->getFrameStamp()->getSimulationTime();
