@@ -14,8 +14,14 @@ struct Matrix3 {
     std::array<osg::Vec3d, 3> rows;
 
     osg::Vec3d operator*(const osg::Vec3d& v) const { return {rows[0] * v, rows[1] * v, rows[2] * v}; }
-    Matrix3 operator+(const Matrix3& o) const { return {{rows[0] + o.rows[0], rows[1] + o.rows[1], rows[2] + o.rows[2]}}; }
-    Matrix3 operator-(const Matrix3& o) const { return {{rows[0] - o.rows[0], rows[1] - o.rows[1], rows[2] - o.rows[2]}}; }
+    Matrix3 operator+(const Matrix3& o) const
+    {
+        return {{rows[0] + o.rows[0], rows[1] + o.rows[1], rows[2] + o.rows[2]}};
+    }
+    Matrix3 operator-(const Matrix3& o) const
+    {
+        return {{rows[0] - o.rows[0], rows[1] - o.rows[1], rows[2] - o.rows[2]}};
+    }
     Matrix3 operator*(double f) const { return {{rows[0] * f, rows[1] * f, rows[2] * f}}; }
     /// Those of the inverse transpose times the determinant.
     Matrix3 cofactors() const { return {{rows[1] ^ rows[2], rows[2] ^ rows[0], rows[0] ^ rows[1]}}; }
@@ -30,7 +36,8 @@ struct Matrix3 {
         const double yz = rows[1] * rows[2];
         const double mean = (d[0] + d[1] + d[2]) / 3.0;
         for (double& number : d) { number -= mean; }
-        const double scale = std::sqrt((d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + 2.0 * (xy * xy + xz * xz + yz * yz)) / 6.0);
+        const double scale =
+            std::sqrt((d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + 2.0 * (xy * xy + xz * xz + yz * yz)) / 6.0);
         if (!(scale > 1e-14 * mean)) { return {std::sqrt(mean + 3.0 * scale), std::sqrt(mean + 3.0 * scale)}; }
         const double determinant =
             d[0] * (d[1] * d[2] - yz * yz) - xy * (xy * d[2] - yz * xz) + xz * (xy * yz - d[1] * xz);

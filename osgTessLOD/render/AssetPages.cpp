@@ -197,7 +197,9 @@ private:
             for (const std::uint32_t corner : corners) { words->push_back(baseVertices[corner]); }
             words->push_back(corners[0] | corners[1] << 2 | corners[2] << 4);
             for (const osg::Vec3d& gradient : weightGradients(_asset, _asset.patches[p])) {
-                for (int axis = 0; axis < 3; ++axis) { words->push_back(floatBits(static_cast<float>(gradient[axis]))); }
+                for (int axis = 0; axis < 3; ++axis) {
+                    words->push_back(floatBits(static_cast<float>(gradient[axis])));
+                }
                 words->push_back(0);
             }
         }

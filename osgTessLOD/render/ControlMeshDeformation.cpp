@@ -34,8 +34,8 @@ Rows rowsOf(const osg::Matrixd& m, const osg::Vec3d& reach)
         double largest = std::fabs(m(3, k));
         for (int c = 0; c < 3; ++c) { largest += (std::fabs(m(c, k)) + 1.0) * (reach[c] + 1.0); }
         if (!(largest <= kMost)) { return {}; } // NaN, too
-        rows[static_cast<std::size_t>(k)] =
-            osg::Vec4d(m(0, k) - (k == 0 ? 1.0 : 0.0), m(1, k) - (k == 1 ? 1.0 : 0.0), m(2, k) - (k == 2 ? 1.0 : 0.0), m(3, k));
+        rows[static_cast<std::size_t>(k)] = osg::Vec4d(m(0, k) - (k == 0 ? 1.0 : 0.0), m(1, k) - (k == 1 ? 1.0 : 0.0),
+                                                       m(2, k) - (k == 2 ? 1.0 : 0.0), m(3, k));
     }
     return rows;
 }
@@ -143,7 +143,8 @@ bool ControlMeshDeformation::fits(osg::State& state) const
     const bool fits = static_cast<std::int64_t>(kTexels * _maps.size()) <= most;
     if (!fits && !_warned.exchange(true)) {
         OSG_WARN << "osgTessLOD: cannot draw \"" << _asset->asset().source << "\" deformed: it has " << _maps.size()
-                 << " base vertices, and this context room for " << most / static_cast<std::int64_t>(kTexels) << std::endl;
+                 << " base vertices, and this context room for " << most / static_cast<std::int64_t>(kTexels)
+                 << std::endl;
     }
     return fits;
 }

@@ -102,8 +102,8 @@ public:
         constexpr float kRounding = 1e-5F;
         for (float& error : largest) { error *= (1.0F + kRounding) / 3.0F; }
         for (std::size_t level = finest; level-- > 0;) {
-            largest[level] =
-                std::max(largest[level], largest[level + 1] * static_cast<float>(LevelNeed::kErrorRatio * (1.0 + 1e-6)));
+            largest[level] = std::max(largest[level],
+                                      largest[level + 1] * static_cast<float>(LevelNeed::kErrorRatio * (1.0 + 1e-6)));
         }
         return largest;
     }

@@ -32,9 +32,9 @@ private:
     Quadratic mapped(const Quadratic& q) const;
 
     std::array<const AffineMap*, 3> _corners;
-    double _stretch;       ///< of any corner's matrix
-    double _bend = 0.0;    ///< how far any of these is from their mean
-    bool _isFlat = false;  ///< the mean is nearly singular: then the quadratic says nothing
+    double _stretch;      ///< of any corner's matrix
+    double _bend = 0.0;   ///< how far any of these is from their mean
+    bool _isFlat = false; ///< the mean is nearly singular: then the quadratic says nothing
     std::array<std::array<double, 6>, 6> _quadraticMap{};
 };
 

@@ -168,7 +168,9 @@ void PatchSelector::boundDeformedNodes()
     const std::size_t nodeSize = LevelNeed::kBoundRows * levelCount;
     const std::vector<PatchTree::Node>& nodes = _tree.nodes();
     _nodeBounds.assign(nodes.size() * nodeSize, 0.0F);
-    const auto largest = [&](std::size_t n) { return &_nodeBounds[n * nodeSize + LevelNeed::kLargestIsotropic * levelCount]; };
+    const auto largest = [&](std::size_t n) {
+        return &_nodeBounds[n * nodeSize + LevelNeed::kLargestIsotropic * levelCount];
+    };
     for (std::size_t n = nodes.size(); n-- > 0;) {
         for (std::size_t level = 0; level < levelCount; ++level) {
             if (nodes[n].right != 0) {

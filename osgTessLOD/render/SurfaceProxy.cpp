@@ -22,7 +22,8 @@ namespace {
 
 /// Calls visit(patch, its vertex) for the vertices of all patches at one level, in the order of the proxy's.
 template <class Visit>
-void forEachVertex(const LodAsset& asset, const PatchRecords& records, const MorphedSurface& surface, const Visit& visit)
+void forEachVertex(const LodAsset& asset, const PatchRecords& records, const MorphedSurface& surface,
+                   const Visit& visit)
 {
     for (const PatchRecord& record : records) {
         const unsigned factor = asset.ladder[MorphedSurface::drawnLevel(record.edgeLevels)];
@@ -53,8 +54,9 @@ SurfaceProxy::SurfaceProxy(const LodAsset& asset, const PatchSelector& selector,
         }
         first += pattern.vertexCount();
     }
-    forEachVertex(asset, records, surface,
-                  [&](std::uint32_t, const MorphedSurface::TessLodPoint& p) { _vertices->push_back(toVec3(p.position)); });
+    forEachVertex(asset, records, surface, [&](std::uint32_t, const MorphedSurface::TessLodPoint& p) {
+        _vertices->push_back(toVec3(p.position));
+    });
 }
 
 SurfaceProxy::SurfaceProxy(const SurfaceProxy& undeformed, const GpuAsset& asset,

@@ -83,9 +83,8 @@ protected:
                                             const ControlMeshDeformation* deformation,
                                             const std::string& varying = "tessLodObjectPosition")
     {
-        const osg::ref_ptr<PatchSelection> selection =
-            new PatchSelection(&asset, records, asset.selector().statisticsOf(records), SelectionView(), backend, {},
-                               deformation);
+        const osg::ref_ptr<PatchSelection> selection = new PatchSelection(
+            &asset, records, asset.selector().statisticsOf(records), SelectionView(), backend, {}, deformation);
         return selection->capture(renderInfo, varying);
     }
 
@@ -211,13 +210,15 @@ ScreenCamera lookingAt(const osg::Vec3d& center, double distance, unsigned seed)
     camera.width = 640.0;
     camera.height = 480.0;
     const osg::Vec3d target = center + randomDirection(random) * 0.8;
-    camera.localToEye = osg::Matrixd::lookAt(target + randomDirection(random) * distance, target, randomDirection(random));
+    camera.localToEye =
+        osg::Matrixd::lookAt(target + randomDirection(random) * distance, target, randomDirection(random));
     camera.projection.makePerspective(35.0, camera.width / camera.height, 0.01, 1000.0);
     return camera;
 }
 
 /// Deformed, at the patch's finest level.
-std::vector<osg::Vec3d> finestVertices(const GpuAsset& asset, const ControlMeshDeformation& deformation, std::uint32_t patch)
+std::vector<osg::Vec3d> finestVertices(const GpuAsset& asset, const ControlMeshDeformation& deformation,
+                                       std::uint32_t patch)
 {
     std::vector<osg::Vec3d> vertices;
     std::array<float, 3> levels{};
@@ -444,7 +445,8 @@ TEST_F(DeformedScene, instancesShareThePose)
 {
     const auto asset = shared(makeSyntheticAsset(16, true));
     const std::vector<osg::Matrixd> placements{osg::Matrixd::translate(-0.9, 0.0, 0.0),
-                                               osg::Matrixd::rotate(1.0, 0.2, 1.0, 0.0) * osg::Matrixd::translate(0.9, 0.3, -1.0)};
+                                               osg::Matrixd::rotate(1.0, 0.2, 1.0, 0.0) *
+                                                   osg::Matrixd::translate(0.9, 0.3, -1.0)};
     const osg::ref_ptr<TessLODInstances> instances = new TessLODInstances(asset);
     const osg::ref_ptr<ControlMeshDeformation> pose = deformed(*instances->getGpuAsset(), bending, 1.0);
     instances->setPlacements(placements);

@@ -31,8 +31,8 @@ BakedSurface bakeSurface(const std::string& name, unsigned maxFactor)
     bake::BakeReport report;
     BakedSurface baked;
     baked.surface = bake::makeLevels("builtin:" + name, options, progress, report);
-    *baked.asset =
-        bake::assembleAsset(*baked.surface.map, baked.surface.charts, baked.surface.hierarchy, options.tolerance, progress);
+    *baked.asset = bake::assembleAsset(*baked.surface.map, baked.surface.charts, baked.surface.hierarchy,
+                                       options.tolerance, progress);
     baked.gpuAsset = new GpuAsset(baked.asset);
     baked.deviation = std::make_unique<ScreenDeviation>(baked.surface, *baked.asset);
     return baked;
