@@ -4,6 +4,9 @@
 #include "ModelField.h"
 #include "Orbit.h"
 
+#include <osgTessLOD/render/ControlMeshDeformation.h>
+#include <osgTessLOD/render/DeformableAsset.h>
+#include <osgTessLOD/render/GpuAsset.h>
 #include <osgTessLOD/render/PatchSelection.h>
 #include <osgTessLOD/render/PatchSelector.h>
 #include <osgTessLOD/render/TessLODInstances.h>
@@ -18,6 +21,7 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <memory>
 #include <random>
 
 namespace osgTessLOD::benchmarks {
@@ -138,6 +142,70 @@ void measureGrowth(unsigned runs, bool quick, BenchmarkResult& result)
              fmt::format("{:.1f}", perPatch.back()), fmt::format("{:.2f}", offScreen / 1000.0)});
     }
     result.summary["ns_per_patch"] = mean(perPatch);
+}
+
+/// Bends all of the field, other than the last time.
+std::vector<osg::Matrixd> bent(const std::vector<osg::Vec3d>& baseVertices, double curvature)
+{
+    std::vector<osg::Matrixd> transforms;
+    for (const osg::Vec3d& at : baseVertices) {
+        transforms.push_back(osg::Matrixd::translate(-at) * osg::Matrixd::rotate(curvature * at.x(), 0.0, 1.0, 0.0) *
+                             osg::Matrixd::translate(at));
+    }
+    return transforms;
+}
+
+/// New poses of the control mesh of ever more patches: to make one, to make ready for selecting, and to select, against
+/// selecting undeformed.
+void measurePoses(unsigned runs, bool quick, BenchmarkResult& result)
+{
+    const LodAsset model = smallAsteroid();
+    const double size = double{model.boundsMax[2]} - model.boundsMin[2];
+    result.tables.push_back({{"patches", "base vertices", "first µs", "pose ns / base vertex", "refit ns / patch",
+                              "select ns / patch", "undeformed ns / patch"},
+                             {}});
+    for (const unsigned side : {7U, 22U, 71U}) {
+        if (quick && side > 22U) { break; }
+        const osg::ref_ptr<GpuAsset> field = new GpuAsset(std::make_shared<const LodAsset>(fieldOf(model, side)));
+        const std::vector<osg::Vec3d> baseVertices = ControlMeshDeformation::baseVertices(field->asset());
+        const std::vector<ScreenCamera> cameras = camerasOver(field->asset(), size);
+        const auto elapsed = [](std::chrono::steady_clock::time_point start) {
+            return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
+        };
+        const auto begin = std::chrono::steady_clock::now();
+        field->deformable();
+        const double first = elapsed(begin);
+        std::vector<double> poses;
+        std::vector<double> refits;
+        SelectionStatistics statistics;
+        double select = 0.0;
+        for (unsigned run = 0; run < runs; ++run) {
+            const std::vector<osg::Matrixd> transforms = bent(baseVertices, 0.001 * run / size);
+            auto start = std::chrono::steady_clock::now();
+            const osg::ref_ptr<ControlMeshDeformation> pose = new ControlMeshDeformation(field.get(), transforms);
+            poses.push_back(elapsed(start));
+            start = std::chrono::steady_clock::now();
+            pose->selector();
+            refits.push_back(elapsed(start));
+            if (run + 1 == runs) { select = nanoseconds(pose->selector(), SelectionOptions(), cameras, runs, statistics); }
+        }
+        const double undeformed = nanoseconds(field->selector(), SelectionOptions(), cameras, runs, statistics);
+        const auto patches = static_cast<double>(field->asset().patches.size());
+        const Json row{{"patches", field->asset().patches.size()},
+                       {"baseVertices", baseVertices.size()},
+                       {"firstNanoseconds", first},
+                       {"poseNanosecondsPerBaseVertex", median(poses) / static_cast<double>(baseVertices.size())},
+                       {"refitNanosecondsPerPatch", median(refits) / patches},
+                       {"selectNanosecondsPerPatch", select / patches},
+                       {"undeformedNanosecondsPerPatch", undeformed / patches}};
+        result.summary["poses"].push_back(row);
+        result.tables.back().rows.push_back({grouped(field->asset().patches.size()), grouped(baseVertices.size()),
+                                             fmt::format("{:.0f}", first / 1000.0),
+                                             fmt::format("{:.1f}", row["poseNanosecondsPerBaseVertex"].get<double>()),
+                                             fmt::format("{:.1f}", row["refitNanosecondsPerPatch"].get<double>()),
+                                             fmt::format("{:.1f}", row["selectNanosecondsPerPatch"].get<double>()),
+                                             fmt::format("{:.1f}", row["undeformedNanosecondsPerPatch"].get<double>())});
+    }
 }
 
 /// What a cull traversal of `node` takes, without a graphics context: nanoseconds, the median over `runs` of the mean over the
@@ -263,6 +331,7 @@ BenchmarkResult benchmarkSelection(const std::vector<Scene>& scenes, unsigned ru
     result.summary = {{"ns_per_patch_at_home", mean(atHome)}, {"runs", runs}};
     measureGrowth(runs, quick, result);
     measurePlacements(runs, quick, result);
+    measurePoses(runs, quick, result);
     return result;
 }
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 // Places vertices without a tessellator: one instance is one patch, drawn with the index buffer of its pattern, so that
 // gl_VertexID is the vertex's index there. Needs tesslod_precise.glsl, tesslod_pattern.glsl, tesslod_surface.glsl,
-// tesslod_placement.glsl and tesslod_vertex.glsl.
+// tesslod_deformation.glsl, tesslod_placement.glsl and tesslod_vertex.glsl.
 // In, per instance: tessLodRecord, a PatchRecord, and tessLodRecordPlacement, see tesslod_patch.vert; tessLodFirstPatch, of the
 // buffers' page.
 // Out: see tesslod_vertex.glsl

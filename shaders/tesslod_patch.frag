@@ -1,18 +1,23 @@
 #version 330 compatibility
 // SPDX-License-Identifier: MIT
 // Gathers what is known of the surface at a fragment and has tessLodShade colour it.
-// Needs tesslod_normal.glsl, tesslod_color.glsl, tesslod_shadow.glsl, tesslod_lighting.glsl, tesslod_fragment.glsl and tesslod_shade.glsl.
+// Needs tesslod_precise.glsl, tesslod_deformation.glsl, tesslod_normal.glsl, tesslod_color.glsl, tesslod_shadow.glsl, tesslod_lighting.glsl, tesslod_fragment.glsl
+// and tesslod_shade.glsl.
 // In: tessLodEyePosition    eye space
 //     tessLodWeights        corner weights in the patch, tessLodFragmentPatch   (with TESSLOD_NORMALS)
+//     tessLodUndeformedPosition  the asset's space, see tesslod_deformation.glsl (with TESSLOD_NORMALS and TESSLOD_DEFORMATION)
 //     tessLodLevel          continuous level                                    (with TESSLOD_COLOR_BY_LEVEL)
 //     tessLodFragmentPlacement, tessLodPlacements  see tesslod_placement.glsl       (with TESSLOD_PLACEMENTS)
 // Out: gl_FragColor
-#pragma import_defines(TESSLOD_NORMALS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL, TESSLOD_UNFILLED, TESSLOD_PLACEMENTS)
+#pragma import_defines(TESSLOD_NORMALS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL, TESSLOD_UNFILLED, TESSLOD_PLACEMENTS, TESSLOD_DEFORMATION)
 
 in vec3 tessLodEyePosition;
 #if defined(TESSLOD_NORMALS)
 in vec3 tessLodWeights;
 flat in int tessLodFragmentPatch;
+#if defined(TESSLOD_DEFORMATION)
+in vec3 tessLodUndeformedPosition;
+#endif
 #endif
 #if defined(TESSLOD_COLOR_BY_LEVEL)
 in float tessLodLevel;
@@ -44,10 +49,10 @@ vec3 tessLodPlacedNormal(vec3 normal)
 #endif
 }
 
-// True where the way from the asset's space to the eye's turns the winding, not the normals.
-bool tessLodMirrored()
+// True where the way from the asset's space to the eye's turns the winding, not the normals. `deformed`: the deformation does.
+bool tessLodMirrored(bool deformed)
 {
-    bool mirrored = determinant(mat3(gl_ModelViewMatrix)) < 0.0;
+    bool mirrored = deformed != (determinant(mat3(gl_ModelViewMatrix)) < 0.0);
 #if defined(TESSLOD_PLACEMENTS)
     return mirrored != (texelFetch(tessLodPlacements, 6 * tessLodFragmentPlacement + 3).w < 0.0);
 #else
@@ -55,8 +60,8 @@ bool tessLodMirrored()
 #endif
 }
 
-// True where the back of the surface is seen, given its eye-space normal.
-bool tessLodIsBack(vec3 normal)
+// True where the back of the surface is seen, given its eye-space normal. `mirrors`: does a deformation mirror there?
+bool tessLodIsBack(vec3 normal, bool mirrors)
 {
     // A coarse triangle may be turned over where the surface is not: the surface's own normal then still looks at the viewer.
     vec3 sight = gl_ProjectionMatrix[2][3] == 0.0 ? vec3(0.0, 0.0, -1.0) : tessLodEyePosition; // orthographic: all alike
@@ -64,7 +69,7 @@ bool tessLodIsBack(vec3 normal)
 #if defined(TESSLOD_UNFILLED)
     return looksAway; // Mesa 22.3 draws outlines of tessellated triangles wrong where a shader asks for gl_FrontFacing
 #else
-    return gl_FrontFacing == tessLodMirrored() && looksAway;
+    return gl_FrontFacing == tessLodMirrored(mirrors) && looksAway;
 #endif
 }
 
@@ -78,8 +83,13 @@ void tessLodOrient(inout TessLodFragment fragment)
     // A step along an edge by a part d of it changes two weights by d each: length √2 · d.
     float footprint = 0.70710678 * max(length(dFdx(tessLodWeights)), length(dFdy(tessLodWeights)));
     vec3 normal = tessLodPatchNormal(tessLodFragmentPatch, tessLodWeights, footprint);
+    bool mirrors = false;
+#if defined(TESSLOD_DEFORMATION)
+    normal = tessLodDeformedNormal(
+        normal, tessLodDeformationRows(tessLodUndeformedPosition, tessLodWeights, tessLodFragmentPatch), mirrors);
+#endif
     normal = normalize(gl_NormalMatrix * tessLodPlacedNormal(normal));
-    fragment.isBack = tessLodIsBack(normal);
+    fragment.isBack = tessLodIsBack(normal, mirrors);
     fragment.normal = fragment.isBack ? -normal : normal;
 #else
     vec3 normal = cross(across, up); // on the viewer's side, as pixels are ordered there
@@ -87,7 +97,7 @@ void tessLodOrient(inout TessLodFragment fragment)
 #if defined(TESSLOD_UNFILLED)
     fragment.isBack = false; // lines and points have no side
 #else
-    fragment.isBack = tessLodIsBack(-fragment.normal);
+    fragment.isBack = tessLodIsBack(-fragment.normal, false);
 #endif
 #endif
 }

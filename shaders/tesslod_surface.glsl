@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Where a vertex of a patch lies at continuous levels (Lambert §3.2, §3.3). The C++ twins of the same names are in
-// render/MorphedSurface.cpp; positions are the same bits.
+// render/MorphedSurface.cpp; positions are the same bits, and with TESSLOD_DEFORMATION weights, too.
 //
 // Shared text: pasted behind the #version line of the stages that need it, after tesslod_pattern.glsl.
 //
@@ -75,6 +75,15 @@ ivec3 tessLodVertexOffset(uvec2 bits)
     return ivec3(int(bits.x & 0x1FFFFu), int((bits.x >> 17) | ((bits.y & 3u) << 15)), int((bits.y >> 2) & 0x1FFFFu));
 }
 
+#if defined(TESSLOD_DEFORMATION)
+// `weights` times scale / (divisor · 2²³), to the nearest multiple of 2⁻²³. In integers, as division of floats need not be exact: what
+// is all of it is 1, and neighbours have the same bits.
+vec3 tessLodExactWeights(ivec3 weights, int scale, int divisor)
+{
+    return vec3((weights * scale + divisor / 2) / divisor) / 8388608.0;
+}
+#endif
+
 // Corner weights of the vertex's own place in its patch.
 vec3 tessLodVertexWeights(int patchId, int level, int index)
 {
@@ -83,11 +92,21 @@ vec3 tessLodVertexWeights(int patchId, int level, int index)
     if (shift >= 0) {
         uint bits = texelFetch(tessLodParameters, tessLodVertexNumber(patchId, level, index) - shift).r;
         ivec2 at = ivec2(int(bits & 0xFFFFu), int(bits >> 16));
-        return vec3(49152 - at.x - at.y, at) / 49152.0;
+        ivec3 weights = ivec3(49152 - at.x - at.y, at);
+#if defined(TESSLOD_DEFORMATION)
+        return tessLodExactWeights(weights, 512, 3);
+#else
+        return vec3(weights) / 49152.0;
+#endif
     }
 #endif
     int factor = tessLodFactors[level];
-    return vec3(tessLodPatternBarycentric(factor, index)) / float(3 * factor);
+    ivec3 weights = tessLodPatternBarycentric(factor, index);
+#if defined(TESSLOD_DEFORMATION)
+    return tessLodExactWeights(weights, 8388608, 3 * factor);
+#else
+    return vec3(weights) / float(3 * factor);
+#endif
 }
 
 #if defined(TESSLOD_UVS)
@@ -119,7 +138,7 @@ TessLodPoint tessLodVertexPoint(int patchId, int level, int index)
     TessLodPoint point;
     precise vec3 position = vec3(origin + tessLodVertexOffset(tessLodVertexBits(patchId, level, index))) * tessLodStep;
     point.position = position;
-#if defined(TESSLOD_NORMALS)
+#if defined(TESSLOD_NORMALS) || defined(TESSLOD_DEFORMATION)
     point.weights = tessLodVertexWeights(patchId, level, index);
 #else
     point.weights = vec3(0.0);
@@ -140,7 +159,12 @@ TessLodPoint tessLodMix(TessLodPoint from, TessLodPoint to, float t)
     TessLodPoint point;
     precise vec3 position = from.position + (to.position - from.position) * t;
     point.position = position;
+#if defined(TESSLOD_DEFORMATION)
+    precise vec3 weights = from.weights + (to.weights - from.weights) * t;
+    point.weights = weights;
+#else
     point.weights = from.weights + (to.weights - from.weights) * t;
+#endif
 #if defined(TESSLOD_UVS)
     precise vec3 texCoord = from.texCoord + (to.texCoord - from.texCoord) * t;
     point.texCoord = texCoord;

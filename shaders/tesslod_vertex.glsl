@@ -2,17 +2,18 @@
 // What the stage that places vertices hands on, be it the evaluation or the vertex shader.
 //
 // Shared text: pasted behind the #version line of the stages that need it, after tesslod_pattern.glsl,
-// tesslod_surface.glsl and tesslod_placement.glsl.
+// tesslod_surface.glsl, tesslod_deformation.glsl and tesslod_placement.glsl.
 //
 // Out: tessLodObjectPosition  the drawable's space (captured by PatchSelection::capture)
 //      tessLodEyePosition     eye space
 //      tessLodWeights         corner weights of the point in its patch, morphed as the position is
+//      tessLodUndeformedPosition  the asset's space                             (with TESSLOD_NORMALS and TESSLOD_DEFORMATION)
 //      tessLodLevel           continuous level at the vertex
 //      tessLodFragmentPatch   the patch, within the buffers
 //      tessLodFragmentPlacement  set by the stage, before it puts a vertex      (with TESSLOD_PLACEMENTS)
 //      tessLodTexCoord        texture coordinates u, v, and how much of the point has any (0 … 1), morphed likewise
 //      tessLodColor           the source's colour, morphed likewise
-#pragma import_defines(TESSLOD_NORMALS, TESSLOD_PARAMETERS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL, TESSLOD_PLACEMENTS)
+#pragma import_defines(TESSLOD_NORMALS, TESSLOD_PARAMETERS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL, TESSLOD_PLACEMENTS, TESSLOD_DEFORMATION)
 
 out vec3 tessLodObjectPosition;
 out vec3 tessLodEyePosition;
@@ -22,6 +23,9 @@ flat out int tessLodFragmentPlacement;
 #if defined(TESSLOD_NORMALS)
 out vec3 tessLodWeights;
 flat out int tessLodFragmentPatch;
+#if defined(TESSLOD_DEFORMATION)
+out vec3 tessLodUndeformedPosition;
+#endif
 #endif
 #if defined(TESSLOD_UVS)
 out vec3 tessLodTexCoord;
@@ -37,6 +41,10 @@ out float tessLodLevel;
 void tessLodPutVertex(int patchId, vec3 edgeLevels, int index)
 {
     TessLodPoint point = tessLodSurfacePoint(patchId, edgeLevels, index);
+#if defined(TESSLOD_DEFORMATION)
+    vec3 undeformed = point.position;
+    point.position = tessLodDeformed(undeformed, point.weights, patchId);
+#endif
 #if defined(TESSLOD_PLACEMENTS)
     point.position = tessLodPlaced(point.position, tessLodFragmentPlacement);
 #endif
@@ -48,6 +56,9 @@ void tessLodPutVertex(int patchId, vec3 edgeLevels, int index)
 #if defined(TESSLOD_NORMALS)
     tessLodWeights = point.weights;
     tessLodFragmentPatch = patchId;
+#if defined(TESSLOD_DEFORMATION)
+    tessLodUndeformedPosition = undeformed;
+#endif
 #endif
 #if defined(TESSLOD_UVS)
     tessLodTexCoord = point.texCoord;

@@ -7,6 +7,8 @@
 #include <osgTessLOD/bake/Baker.h>
 #include <osgTessLOD/bake/DifferenceVectors.h>
 #include <osgTessLOD/bake/Triangulation.h>
+#include <osgTessLOD/render/AffineMap.h>
+#include <osgTessLOD/render/ControlMeshDeformation.h>
 #include <osgTessLOD/render/MorphedSurface.h>
 #include <osgTessLOD/render/PatchSelector.h>
 #include <support/ChartLocator.h>
@@ -136,17 +138,20 @@ public:
     /// The largest distance, in pixels, between a point of the patch that is in view and the point of its chart with the same
     /// parameters (those of vertices on their way between levels rounded to the chart's lattice, as by the bake). At all
     /// vertices of both and wherever their edges cross. A chart's point behind the eye counts as the viewport's diagonal away.
-    /// 0 if nothing is in view.
-    double pixels(const PatchRecord& record, const ScreenCamera& camera) const
+    /// 0 if nothing is in view. With a deformation: of what is drawn of it, from where it takes the chart's points.
+    double pixels(const PatchRecord& record, const ScreenCamera& camera,
+                  const ControlMeshDeformation* deformation = nullptr) const
     {
-        const Drawn drawn = draw(record);
+        const Drawn drawn = draw(record, deformation);
         const bake::DifferenceVectors differences({_patterns[drawn.level], drawn.points}, {_chartTriangles, _chartPoints});
         const osg::Matrixd localToClip = camera.localToClip();
         double largest = 0.0;
         for (const bake::DifferenceVectors::Row& row : differences.rows()) {
             const osg::Vec4d at = blend(drawn.positions, row.levelVertices, row.levelWeights) * localToClip;
             if (!isInView(at)) { continue; }
-            const osg::Vec4d wanted = blend(_charts[record.patch], row.chartVertices, row.chartWeights) * localToClip;
+            const osg::Vec4d chart = blend(_charts[record.patch], row.chartVertices, row.chartWeights);
+            const osg::Vec4d wanted =
+                deformed(chart, drawn, row.levelVertices, row.levelWeights, record.patch, deformation) * localToClip;
             largest = std::max(largest, distance(at, wanted, camera));
         }
         return largest;
@@ -158,9 +163,10 @@ public:
     };
     /// The same at `count` random points of the patch's triangles.
     template <typename Random>
-    Sampled sample(const PatchRecord& record, const ScreenCamera& camera, std::size_t count, Random& random) const
+    Sampled sample(const PatchRecord& record, const ScreenCamera& camera, std::size_t count, Random& random,
+                   const ControlMeshDeformation* deformation = nullptr) const
     {
-        const Drawn drawn = draw(record);
+        const Drawn drawn = draw(record, deformation);
         const auto& triangles = _patterns[drawn.level].triangles();
         const osg::Matrixd localToClip = camera.localToClip();
         std::uniform_int_distribution<std::size_t> which(0, triangles.size() - 1);
@@ -180,7 +186,8 @@ public:
                 v += weights[c] * drawn.points[corners[c]].v;
             }
             const ChartLocator::Place place = _chartLocator.at(u, v);
-            const osg::Vec4d wanted = blend(_charts[record.patch], place.vertices, place.weights) * localToClip;
+            const osg::Vec4d chart = blend(_charts[record.patch], place.vertices, place.weights);
+            const osg::Vec4d wanted = deformed(chart, drawn, corners, weights, record.patch, deformation) * localToClip;
             sampled.pixels = std::max(sampled.pixels, distance(at, wanted, camera));
             ++sampled.points;
         }
@@ -193,18 +200,38 @@ private:
         unsigned level;
         std::vector<Eigen::Vector3d> positions; ///< asset frame
         std::vector<ChartPoint> points;
+        std::vector<MorphedSurface::Vec3> weights; ///< of the patch's corners, not rounded
     };
 
-    Drawn draw(const PatchRecord& record) const
+    Drawn draw(const PatchRecord& record, const ControlMeshDeformation* deformation) const
     {
-        Drawn drawn{MorphedSurface::drawnLevel(record.edgeLevels), {}, {}};
+        Drawn drawn{MorphedSurface::drawnLevel(record.edgeLevels), {}, {}, {}};
         const std::uint32_t count = TessellationPattern::vertexCount(_asset.ladder[drawn.level]);
         for (std::uint32_t v = 0; v < count; ++v) {
             const auto point = _surface.tessLodSurfacePoint(record.patch, record.edgeLevels, v);
-            drawn.positions.emplace_back(point.position[0], point.position[1], point.position[2]);
+            osg::Vec3f at(point.position[0], point.position[1], point.position[2]);
+            if (deformation != nullptr) { at = deformation->tessLodDeformed(at, point.weights, record.patch); }
+            drawn.positions.emplace_back(at.x(), at.y(), at.z());
             drawn.points.push_back(rounded(point.weights));
+            drawn.weights.push_back(point.weights);
         }
         return drawn;
+    }
+
+    /// Where the deformation takes a point with the weights that what is drawn has at these vertices' mean.
+    osg::Vec4d deformed(const osg::Vec4d& point, const Drawn& drawn, const std::array<std::uint32_t, 3>& vertices,
+                        const std::array<double, 3>& weights, std::uint32_t patch,
+                        const ControlMeshDeformation* deformation) const
+    {
+        if (deformation == nullptr) { return point; }
+        const osg::Vec3d p(point.x(), point.y(), point.z());
+        osg::Vec3d sum;
+        for (std::size_t corner = 0; corner < 3; ++corner) {
+            double weight = 0.0;
+            for (std::size_t k = 0; k < 3; ++k) { weight += weights[k] * double{drawn.weights[vertices[k]][corner]}; }
+            sum += deformation->maps()[_asset.patches[patch].baseVertices[corner]](p) * weight;
+        }
+        return {sum, 1.0};
     }
 
     static bool isInView(const osg::Vec4d& clip)

@@ -7,6 +7,8 @@
 #include <osg/Uniform>
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 
 namespace osgTessLOD {
 
@@ -35,6 +37,29 @@ std::size_t normalLevelCount(const NormalTexture& normals, std::int64_t maxTexel
         ++count;
     }
     return count;
+}
+
+GLuint floatBits(float number)
+{
+    GLuint bits = 0;
+    std::memcpy(&bits, &number, sizeof bits);
+    return bits;
+}
+
+/// Of the weights of corners 1 and 2, over the base triangle; 0 where it has no area.
+std::array<osg::Vec3d, 2> weightGradients(const LodAsset& asset, const LodPatch& patch)
+{
+    std::array<osg::Vec3d, 3> corners;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const auto& at = asset.baseVertices[patch.baseVertices[c]];
+        corners[c] = osg::Vec3d(at[0], at[1], at[2]) * double{asset.lattice.step};
+    }
+    const osg::Vec3d a = corners[1] - corners[0];
+    const osg::Vec3d b = corners[2] - corners[0];
+    const osg::Vec3d normal = a ^ b;
+    const double squared = normal.length2();
+    if (!(squared > 0.0)) { return {}; }
+    return {(b ^ normal) / squared, (normal ^ a) / squared};
 }
 
 /// Makes the pages of one asset.
@@ -93,11 +118,18 @@ public:
         addBuffer(words.get(), GL_RG32UI, 2, AssetPages::kVerticesUnit, "tessLodVertices");
         if (_normalLevels > 0) {
             addNormals();
-            addVertexWords(&LodLevel::parameters, AssetPages::kParametersUnit, "TESSLOD_PARAMETERS",
-                           "tessLodParameters", "tessLodParameterShifts");
+            addParameters();
         }
         addVertexWords(&LodLevel::uvs, AssetPages::kUvsUnit, "TESSLOD_UVS", "tessLodUvs");
         addVertexWords(&LodLevel::colors, AssetPages::kColorsUnit, "TESSLOD_COLORS", "tessLodColors");
+        return std::move(_page);
+    }
+
+    AssetPage deformedPage(const AssetPage& page)
+    {
+        _page = AssetPage{page.firstPatch, page.patchCount, {}, new osg::StateSet};
+        addDeformedPatches();
+        if (_normalLevels == 0) { addParameters(); }
         return std::move(_page);
     }
 
@@ -145,6 +177,33 @@ private:
         addBuffer(words.get(), GL_R32UI, 1, unit, sampler);
         _page.state->setDefine(define);
         if (shiftUniform != nullptr) { _page.state->addUniform(levelUniform(shiftUniform, shifts, -1).get()); }
+    }
+
+    void addParameters()
+    {
+        addVertexWords(&LodLevel::parameters, AssetPages::kParametersUnit, "TESSLOD_PARAMETERS", "tessLodParameters",
+                       "tessLodParameterShifts");
+    }
+
+    /// Per patch its base vertices in rising order and the corners that they are; then the gradients of the weights of corners 1 and 2.
+    void addDeformedPatches()
+    {
+        const osg::ref_ptr<osg::UIntArray> words = new osg::UIntArray;
+        for (std::uint32_t p = _page.firstPatch; p < end(); ++p) {
+            const auto& baseVertices = _asset.patches[p].baseVertices;
+            std::array<std::uint32_t, 3> corners{0, 1, 2};
+            std::sort(corners.begin(), corners.end(),
+                      [&](std::uint32_t a, std::uint32_t b) { return baseVertices[a] < baseVertices[b]; });
+            for (const std::uint32_t corner : corners) { words->push_back(baseVertices[corner]); }
+            words->push_back(corners[0] | corners[1] << 2 | corners[2] << 4);
+            for (const osg::Vec3d& gradient : weightGradients(_asset, _asset.patches[p])) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    words->push_back(floatBits(static_cast<float>(gradient[axis])));
+                }
+                words->push_back(0);
+            }
+        }
+        addBuffer(words.get(), GL_RGBA32UI, 4, AssetPages::kDeformedPatchesUnit, "tessLodDeformedPatches");
     }
 
     void addUniforms()
@@ -206,6 +265,8 @@ private:
 } // namespace
 
 AssetPages::AssetPages(const LodAsset& asset, std::int64_t maxTexels)
+    : _asset(asset)
+    , _maxTexels(maxTexels)
 {
     PageMaker maker(asset, maxTexels);
     for (std::uint32_t first = 0; first < asset.patches.size();) {
@@ -224,6 +285,24 @@ std::size_t AssetPages::pageOf(std::uint32_t patch) const
     return static_cast<std::size_t>(after - _pages.begin()) - 1;
 }
 
+const std::vector<AssetPage>& AssetPages::deformedPages() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    if (_deformedPages.empty()) {
+        PageMaker maker(_asset, _maxTexels);
+        for (const AssetPage& page : _pages) { _deformedPages.push_back(maker.deformedPage(page)); }
+    }
+    return _deformedPages;
+}
+
+/// Calls visit(page) for all that there are.
+template <typename Visit> void AssetPages::forEachMade(const Visit& visit) const
+{
+    for (const AssetPage& page : _pages) { visit(page); }
+    const std::lock_guard<std::mutex> lock(_mutex);
+    for (const AssetPage& page : _deformedPages) { visit(page); }
+}
+
 void AssetPages::compileGLObjects(osg::State& state) const
 {
     for (const AssetPage& page : _pages) { page.state->compileGLObjects(state); }
@@ -231,18 +310,18 @@ void AssetPages::compileGLObjects(osg::State& state) const
 
 void AssetPages::releaseGLObjects(osg::State* state) const
 {
-    for (const AssetPage& page : _pages) {
+    forEachMade([state](const AssetPage& page) {
         page.state->releaseGLObjects(state);
         for (const TexelBuffer& buffer : page.buffers) { buffer.releaseGLObjects(state); }
-    }
+    });
 }
 
 void AssetPages::resizeGLObjectBuffers(unsigned maxSize)
 {
-    for (const AssetPage& page : _pages) {
+    forEachMade([maxSize](const AssetPage& page) {
         page.state->resizeGLObjectBuffers(maxSize);
         for (const TexelBuffer& buffer : page.buffers) { buffer.resizeGLObjectBuffers(maxSize); }
-    }
+    });
 }
 
 } // namespace osgTessLOD

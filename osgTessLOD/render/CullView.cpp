@@ -106,15 +106,21 @@ void forEachPlace(const PatchSelection& selection, const osg::Matrixd& localToEy
     }
 }
 
+BoundSphere sphereOf(const PatchSelection& selection, const LodAsset& asset, std::uint32_t number)
+{
+    if (selection.deformation() != nullptr) { return selection.deformation()->selector().deformedSphere(number); }
+    const LodPatch& patch = asset.patches[number];
+    return {{patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2]}, patch.boundRadius};
+}
+
 /// By the spheres of the patches that are drawn: nearer to them than the box of all is.
 DepthRange depthsOfPatches(const PatchSelection& selection, const LodAsset& asset, const osg::Matrixd& localToEye)
 {
     DepthRange range;
     forEachPlace(selection, localToEye, [&](std::size_t first, std::size_t end, const osg::Matrixd& toEye) {
         for (std::size_t k = first; k < end; ++k) {
-            const LodPatch& patch = asset.patches[selection.records()[k].patch];
-            range.add(toEye, osg::Vec3d(patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2]),
-                      patch.boundRadius);
+            const BoundSphere sphere = sphereOf(selection, asset, selection.records()[k].patch);
+            range.add(toEye, sphere.center, sphere.radius);
         }
     });
     return range;
@@ -144,7 +150,7 @@ bool updateNearFar(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawabl
         return depthsOfPatches(leaf, *drawable.getAsset(), matrix).apply(visitor);
     default:
         if (leaf.placements().set.valid()) {
-            return depthsOfPlacements(leaf, drawable.getGpuAsset()->bounds(), matrix).apply(visitor);
+            return depthsOfPlacements(leaf, drawable.surfaceBounds(), matrix).apply(visitor);
         }
         return byBounds();
     }

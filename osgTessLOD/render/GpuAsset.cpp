@@ -3,6 +3,7 @@
 
 #include <osgTessLOD/render/AssetPages.h>
 #include <osgTessLOD/render/BackendChoice.h>
+#include <osgTessLOD/render/DeformableAsset.h>
 #include <osgTessLOD/render/DrawContext.h>
 #include <osgTessLOD/render/PatchPrograms.h>
 #include <osgTessLOD/render/ShaderSelection.h>
@@ -27,6 +28,12 @@ GpuAsset::GpuAsset(std::shared_ptr<const LodAsset> asset)
 }
 
 GpuAsset::~GpuAsset() = default;
+
+const DeformableAsset& GpuAsset::deformable() const
+{
+    std::call_once(_deformableOnce, [this] { _deformable = std::make_unique<DeformableAsset>(*_asset); });
+    return *_deformable;
+}
 
 const AssetPages& GpuAsset::pagesWithin(std::int64_t maxTexels) const
 {
@@ -81,21 +88,21 @@ osg::ref_ptr<SurfaceProxy> GpuAsset::proxy(const PickingOptions& options) const
     return proxy;
 }
 
-void GpuAsset::compileGLObjects(osg::State& state, const osg::StateSet* more) const
+void GpuAsset::compileGLObjects(osg::State& state, const std::vector<const osg::StateSet*>& more) const
 {
     const AssetPages* pages = pagesFor(state);
     if (pages == nullptr || pages->pages().empty()) { return; }
     pages->compileGLObjects(state);
     state.pushStateSet(pages->pages().front().state.get()); // its defines choose the variants of programs
-    if (more != nullptr) {
-        more->compileGLObjects(state);
-        state.pushStateSet(more);
+    for (const osg::StateSet* set : more) {
+        set->compileGLObjects(state);
+        state.pushStateSet(set);
     }
     _programs->compileGLObjects(state, Backend::Instanced);
     if (DrawContext::of(state).canTessellate(state, _asset->ladder)) {
         _programs->compileGLObjects(state, Backend::Tessellation);
     }
-    if (more != nullptr) { state.popStateSet(); }
+    for (std::size_t k = 0; k < more.size(); ++k) { state.popStateSet(); }
     state.popStateSet();
 }
 

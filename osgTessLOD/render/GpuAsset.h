@@ -16,10 +16,12 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <vector>
 
 namespace osgTessLOD {
 
 class AssetPages;
+class DeformableAsset;
 class PatchPrograms;
 class ShaderSelection;
 
@@ -39,6 +41,9 @@ public:
     const MorphedSurface& surface() const { return _surface; }
     const osg::BoundingBox& bounds() const { return _bounds; }
 
+    /// What deformations have in common. Made when first asked for, in a time proportional to the number of vertices; any thread.
+    const DeformableAsset& deformable() const;
+
     /// Empty: brings together in the render bin what is drawn with the same buffers.
     osg::StateSet* sortState() const { return _sortState.get(); }
     const PatchPrograms& programs() const { return *_programs; }
@@ -54,8 +59,8 @@ public:
     /// The surface at one level as triangles. Made when first asked for, kept as long as somebody holds it; any thread.
     osg::ref_ptr<SurfaceProxy> proxy(const PickingOptions& options) const;
 
-    /// `more`: what is drawn with beside the asset's own state, which may ask for other variants of programs; may be null.
-    void compileGLObjects(osg::State& state, const osg::StateSet* more = nullptr) const;
+    /// `more`: what is drawn with beside the asset's own state, which may ask for other variants of programs.
+    void compileGLObjects(osg::State& state, const std::vector<const osg::StateSet*>& more = {}) const;
     void releaseGLObjects(osg::State* state) const;
     void resizeGLObjectBuffers(unsigned maxSize);
 
@@ -67,6 +72,8 @@ private:
     void warnOnce(const std::string& why) const;
 
     std::shared_ptr<const LodAsset> _asset;
+    mutable std::once_flag _deformableOnce;
+    mutable std::unique_ptr<const DeformableAsset> _deformable;
     PatchSelector _selector;
     MorphedSurface _surface;
     osg::BoundingBox _bounds;

@@ -29,6 +29,15 @@ TessLodPoint tessLodMix(const TessLodPoint& from, const TessLodPoint& to, float 
             mix(from.color, to.color)};
 }
 
+/// `weights` times scale / (divisor · 2²³), to the nearest multiple of 2⁻²³.
+Vec3 tessLodExactWeights(const std::array<std::uint32_t, 3>& weights, std::uint32_t scale, std::uint32_t divisor)
+{
+    const auto exact = [&](std::uint32_t w) {
+        return static_cast<float>((w * scale + divisor / 2) / divisor) / 8388608.0F;
+    };
+    return {exact(weights[0]), exact(weights[1]), exact(weights[2])};
+}
+
 float tessLodBorderLevel(std::uint32_t factor, std::uint32_t index, const std::array<float, 3>& edgeLevels)
 {
     return edgeLevels[index / factor];
@@ -86,14 +95,11 @@ Vec3 MorphedSurface::tessLodVertexWeights(std::uint32_t patch, unsigned level, s
     const std::vector<std::uint32_t>& parameters = _asset.levels[level].parameters;
     if (!parameters.empty()) {
         const ChartPoint at = ChartPoint::fromBits(parameters[vertexNumber(patch, level, index)]);
-        const auto units = static_cast<float>(ChartPoint::kUnits);
-        return {static_cast<float>(ChartPoint::kUnits - at.u - at.v) / units, static_cast<float>(at.u) / units,
-                static_cast<float>(at.v) / units};
+        const auto units = [](std::int32_t weight) { return static_cast<std::uint32_t>(weight); };
+        return tessLodExactWeights({units(ChartPoint::kUnits - at.u - at.v), units(at.u), units(at.v)}, 512, 3);
     }
     const unsigned factor = _asset.ladder[level];
-    const TessellationPattern::Barycentric b = TessellationPattern::barycentric(factor, index);
-    const auto units = static_cast<float>(3 * factor);
-    return {static_cast<float>(b[0]) / units, static_cast<float>(b[1]) / units, static_cast<float>(b[2]) / units};
+    return tessLodExactWeights(TessellationPattern::barycentric(factor, index), 1U << 23, 3 * factor);
 }
 
 Vec3 MorphedSurface::tessLodVertexTexCoord(std::uint32_t patch, unsigned level, std::uint32_t index) const

@@ -23,7 +23,7 @@ osg::ref_ptr<osg::Program> makeVertexStages(Backend backend)
     if (backend == Backend::Instanced) {
         program->addShader(createShader(osg::Shader::VERTEX, "tesslod_instanced.vert",
                                         {"tesslod_precise.glsl", "tesslod_pattern.glsl", "tesslod_surface.glsl",
-                                         "tesslod_placement.glsl", "tesslod_vertex.glsl"})
+                                         "tesslod_deformation.glsl", "tesslod_placement.glsl", "tesslod_vertex.glsl"})
                                .get());
         return program;
     }
@@ -31,7 +31,8 @@ osg::ref_ptr<osg::Program> makeVertexStages(Backend backend)
     program->addShader(createShader(osg::Shader::TESSCONTROL, "tesslod_patch.tctrl", {"tesslod_need.glsl"}).get());
     program->addShader(
         createShader(osg::Shader::TESSEVALUATION, "tesslod_patch.teval",
-                     {"tesslod_pattern.glsl", "tesslod_surface.glsl", "tesslod_placement.glsl", "tesslod_vertex.glsl"})
+                     {"tesslod_pattern.glsl", "tesslod_surface.glsl", "tesslod_deformation.glsl",
+                      "tesslod_placement.glsl", "tesslod_vertex.glsl"})
             .get());
     return program;
 }
@@ -49,8 +50,9 @@ osg::ref_ptr<osg::StateSet> makeState(Backend backend, osg::Program* program)
 /// Shades by tessLodShade as `shading` defines it, or as tesslod_shade.glsl does where that is empty.
 osg::ref_ptr<osg::Shader> makeFragmentShader(const std::string& shading)
 {
-    std::vector<std::string> shared{"tesslod_normal.glsl", "tesslod_color.glsl", "tesslod_shadow.glsl",
-                                    "tesslod_lighting.glsl", "tesslod_fragment.glsl"};
+    std::vector<std::string> shared{"tesslod_precise.glsl",  "tesslod_deformation.glsl", "tesslod_normal.glsl",
+                                    "tesslod_color.glsl",    "tesslod_shadow.glsl",      "tesslod_lighting.glsl",
+                                    "tesslod_fragment.glsl"};
     if (shading.empty()) {
         shared.emplace_back("tesslod_shade.glsl");
         return createShader(osg::Shader::FRAGMENT, "tesslod_patch.frag", shared);

@@ -54,12 +54,14 @@ PatchSelection::PatchSelection()
 }
 
 PatchSelection::PatchSelection(const GpuAsset* asset, PatchRecords records, SelectionStatistics statistics,
-                               const SelectionView& view, Backend backend, RecordPlacements placements)
+                               const SelectionView& view, Backend backend, RecordPlacements placements,
+                               osg::ref_ptr<const ControlMeshDeformation> deformation)
     : PatchSelection()
 {
     _asset = asset;
     _records = std::move(records);
     _placements = std::move(placements);
+    _deformation = std::move(deformation);
     _statistics = std::move(statistics);
     _view = view;
     _backend = backend;
@@ -85,6 +87,7 @@ PatchSelection::PatchSelection(const PatchSelection& other, const osg::CopyOp& c
     , _asset(other._asset)
     , _records(other._records)
     , _placements(other._placements)
+    , _deformation(other._deformation)
     , _statistics(other._statistics)
     , _view(other._view)
     , _backend(other._backend)
@@ -112,7 +115,7 @@ std::vector<osg::ref_ptr<PatchSelection>> PatchSelection::byMaterial()
         PatchRecords own = std::move(records[m]);
         SelectionStatistics statistics = _asset->selector().statisticsOf(own);
         parts[m] = new PatchSelection(_asset.get(), std::move(own), std::move(statistics), _view, _backend,
-                                      std::move(placements[m]));
+                                      std::move(placements[m]), _deformation);
     }
     return parts;
 }
@@ -120,7 +123,8 @@ std::vector<osg::ref_ptr<PatchSelection>> PatchSelection::byMaterial()
 osg::BoundingBox PatchSelection::computeBoundingBox() const
 {
     if (!_asset.valid()) { return {}; }
-    return _placements.set.valid() ? _placements.set->bounds() : _asset->bounds();
+    if (_placements.set.valid()) { return _placements.set->bounds(); }
+    return _deformation.valid() ? _deformation->bounds() : _asset->bounds();
 }
 
 const ShaderSelection* PatchSelection::shaderSelectionFor(osg::State& state) const
@@ -142,7 +146,10 @@ osg::ref_ptr<const PatchSelection> PatchSelection::asDrawnIn(osg::State& state) 
 /// What to draw with beside the program and a page's state.
 std::vector<const osg::StateSet*> PatchSelection::moreStates(osg::State& state) const
 {
-    if (_placements.set.valid()) { return {_placements.set->state()}; }
+    std::vector<const osg::StateSet*> states;
+    if (_placements.set.valid()) { states.push_back(_placements.set->state()); }
+    if (_deformation.valid()) { states.push_back(_deformation->state()); }
+    if (!states.empty()) { return states; }
     if (const ShaderSelection* selection = shaderSelectionFor(state)) { return {selection->state(), _viewState.get()}; }
     return {};
 }
@@ -174,12 +181,14 @@ void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, cons
                                          : DrawnRecords{std::move(byPage[page].records), byPage[page].placements};
         if (records.records.empty()) { continue; }
         state.pushStateSet(pages.pages()[page].state.get());
+        if (_deformation.valid()) { state.pushStateSet(pages.deformedPages()[page].state.get()); }
         state.apply();
         if (isApplied(state, program)) {
             state.applyModelViewAndProjectionUniformsIfRequired();
             applyFixedFunctionUniforms(state);
             draw(records);
         }
+        if (_deformation.valid()) { state.popStateSet(); }
         state.popStateSet();
     }
     for (std::size_t k = 0; k < more.size(); ++k) { state.popStateSet(); }
@@ -215,6 +224,7 @@ std::optional<Backend> PatchSelection::backend(osg::RenderInfo& renderInfo) cons
     osg::State& state = *renderInfo.getState();
     if (!_asset.valid() || _asset->pagesFor(state) == nullptr) { return std::nullopt; }
     if (_placements.set.valid() && !_placements.set->fits(state)) { return std::nullopt; }
+    if (_deformation.valid() && !_deformation->fits(state)) { return std::nullopt; }
     if (shaderSelectionFor(state) != nullptr) { return Backend::Tessellation; }
     return chooseBackend(state, *_asset, _backend);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
+#include <osgTessLOD/render/ControlMeshDeformation.h>
 #include <osgTessLOD/render/PatchRecords.h>
 #include <osgTessLOD/render/Placements.h>
 #include <osgTessLOD/render/SelectionOptions.h>
@@ -37,9 +38,11 @@ class OSGTESSLOD_EXPORT PatchSelection : public osg::Drawable {
 public:
     PatchSelection();
     /// Draws `records` in their order: consecutive ones of equal level go in one draw, so sort them by level. No side's
-    /// level may be above its edge's finest. See PatchSelector. `asset` is not null; placements are as many as records, or none.
+    /// level may be above its edge's finest. See PatchSelector. `asset` is not null; placements are as many as records, or none;
+    /// the deformation is of the same LodAsset, or null.
     PatchSelection(const GpuAsset* asset, PatchRecords records, SelectionStatistics statistics,
-                   const SelectionView& view, Backend backend = Backend::Auto, RecordPlacements placements = {});
+                   const SelectionView& view, Backend backend = Backend::Auto, RecordPlacements placements = {},
+                   osg::ref_ptr<const ControlMeshDeformation> deformation = nullptr);
     /// Has the control shader select when it is drawn, or PatchSelector, then, in contexts where the shader cannot. Records and
     /// statistics have all patches at the finest level that they may be drawn with.
     PatchSelection(const GpuAsset* asset, SelectionRequest request);
@@ -48,6 +51,8 @@ public:
 
     const PatchRecords& records() const { return _records; }
     const RecordPlacements& placements() const { return _placements; }
+    /// Null: as the asset is.
+    const ControlMeshDeformation* deformation() const { return _deformation.get(); }
     const SelectionStatistics& statistics() const { return _statistics; }
     /// Is the selection up to the time of the draw?
     bool isSelectedWhenDrawn() const { return _request != nullptr; }
@@ -87,6 +92,7 @@ private:
     osg::ref_ptr<const GpuAsset> _asset;
     PatchRecords _records;
     RecordPlacements _placements;
+    osg::ref_ptr<const ControlMeshDeformation> _deformation;
     SelectionStatistics _statistics;
     SelectionView _view;
     Backend _backend = Backend::Auto; ///< asked for

@@ -4,6 +4,9 @@
 
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/asset/ViewError.h>
+#include <osgTessLOD/render/ControlMeshDeformation.h>
+#include <osgTessLOD/render/DeformedPatch.h>
+#include <osgTessLOD/render/GpuAsset.h>
 #include <osgTessLOD/render/LevelNeed.h>
 #include <osgTessLOD/render/MorphedSurface.h>
 
@@ -26,6 +29,16 @@ std::vector<BoundSphere> boundSpheres(const LodAsset& asset)
     std::vector<BoundSphere> spheres;
     for (const LodPatch& patch : asset.patches) {
         spheres.push_back({{patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2]}, patch.boundRadius});
+    }
+    return spheres;
+}
+
+/// Of patches by their numbers.
+std::vector<BoundSphere> deformedSpheres(const ControlMeshDeformation& deformation)
+{
+    std::vector<BoundSphere> spheres = boundSpheres(deformation.asset().asset());
+    for (std::size_t p = 0; p < spheres.size(); ++p) {
+        spheres[p] = DeformedPatch::sphere(deformation.asset().asset().patches[p], deformation.maps(), spheres[p]);
     }
     return spheres;
 }
@@ -86,23 +99,44 @@ PatchSelector::PatchSelector(const LodAsset& asset)
     : _ladder(asset.ladder)
     , _tree(boundSpheres(asset))
     , _blocks(asset, _tree.order())
-    , _uniform(std::make_unique<UniformRecords>())
-    , _workspaces(std::make_unique<Workspaces>())
+    , _uniform(std::make_shared<UniformRecords>())
+    , _workspaces(std::make_shared<Workspaces>())
 {
+    scaleNodes();
     boundNodes();
 }
 
+PatchSelector::PatchSelector(const PatchSelector& undeformed, const ControlMeshDeformation& deformation)
+    : _ladder(undeformed._ladder)
+    , _deformedSpheres(deformedSpheres(deformation))
+    , _tree(undeformed._tree, _deformedSpheres)
+    , _blocks(undeformed._blocks, deformation, _deformedSpheres)
+    , _uniform(undeformed._uniform)
+    , _workspaces(undeformed._workspaces)
+    , _recordPool(undeformed._recordPool)
+{
+    scaleNodes();
+    boundDeformedNodes();
+}
+
 PatchSelector::~PatchSelector() = default;
+
+void PatchSelector::scaleNodes()
+{
+    const auto units = static_cast<float>(_blocks.unitsPerLength());
+    _nodeSpheres.reserve(_tree.nodes().size());
+    for (const PatchTree::Node& node : _tree.nodes()) {
+        _nodeSpheres.push_back({node.sphere.center * units, node.sphere.radius * units});
+    }
+}
 
 void PatchSelector::boundNodes()
 {
     const std::size_t levelCount = _ladder.size();
     const std::size_t nodeSize = LevelNeed::kBoundRows * levelCount;
-    const auto units = static_cast<float>(_blocks.unitsPerLength());
     _nodeBounds.resize(_tree.nodes().size() * nodeSize);
     for (std::size_t n = 0; n < _tree.nodes().size(); ++n) {
         const PatchTree::Node& node = _tree.nodes()[n];
-        _nodeSpheres.push_back({node.sphere.center * units, node.sphere.radius * units});
         if (node.count < kFewPatches && n > 0) { continue; }
         for (std::size_t level = 0; level < levelCount; ++level) {
             float leastSeen = std::numeric_limits<float>::max();
@@ -123,6 +157,28 @@ void PatchSelector::boundNodes()
             bounds[LevelNeed::kLeastSeen * levelCount] = leastSeen;
             bounds[LevelNeed::kLeastIsotropic * levelCount] = leastIsotropic;
             bounds[LevelNeed::kLargestIsotropic * levelCount] = largestIsotropic;
+        }
+    }
+}
+
+/// The largest errors, from the leaves up. The least are taken to be none: to find them would take longer than they save.
+void PatchSelector::boundDeformedNodes()
+{
+    const std::size_t levelCount = _ladder.size();
+    const std::size_t nodeSize = LevelNeed::kBoundRows * levelCount;
+    const std::vector<PatchTree::Node>& nodes = _tree.nodes();
+    _nodeBounds.assign(nodes.size() * nodeSize, 0.0F);
+    const auto largest = [&](std::size_t n) {
+        return &_nodeBounds[n * nodeSize + LevelNeed::kLargestIsotropic * levelCount];
+    };
+    for (std::size_t n = nodes.size(); n-- > 0;) {
+        for (std::size_t level = 0; level < levelCount; ++level) {
+            if (nodes[n].right != 0) {
+                largest(n)[level] = std::max(largest(n + 1)[level], largest(nodes[n].right)[level]);
+            } else {
+                const float* errors = _blocks.errors(nodes[n].first / PatchBlocks::kLanes)[level].isotropic;
+                largest(n)[level] = *std::max_element(errors, errors + PatchBlocks::kLanes);
+            }
         }
     }
 }
@@ -158,7 +214,7 @@ public:
     Result run(const std::vector<osg::Plane>& frustum, CulledFaces faces)
     {
         setFrustum(frustum);
-        _faces = faces;
+        _faces = _selector._deformedSpheres.empty() ? faces : CulledFaces::None;
         if (_blocks.patchCount() == 0) { return {PatchRecords(), _selector.statisticsOf({})}; }
         if (std::optional<Result> all = ifAllNeedTheSame()) { return *std::move(all); }
         makeRoomForNeeds();

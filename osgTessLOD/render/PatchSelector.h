@@ -20,6 +20,7 @@
 
 namespace osgTessLOD {
 
+class ControlMeshDeformation;
 class LevelNeed;
 
 /// Chooses the continuous level of every patch border for a view (Lambert §2.4), and from them the patches to draw. Immutable
@@ -39,6 +40,8 @@ public:
     static constexpr unsigned kMaxDrawnFactor = 64;
 
     explicit PatchSelector(const LodAsset& asset);
+    /// For the patches of `undeformed`'s asset where a deformation has them. Patches are then never culled by their faces.
+    PatchSelector(const PatchSelector& undeformed, const ControlMeshDeformation& deformation);
     ~PatchSelector();
 
     /// Sides of triangles that are not drawn: GL's face culling, seen from local space.
@@ -64,6 +67,9 @@ public:
     /// Sums up hand-made records: everything but culled and saturated patches.
     SelectionStatistics statisticsOf(const PatchRecords& records) const;
 
+    /// Around a patch where the deformation has it, by its number. Only with one.
+    const BoundSphere& deformedSphere(std::uint32_t patch) const { return _deformedSpheres[patch]; }
+
     /// What selections compute with.
     const PatchBlocks& blocks() const { return _blocks; }
     kernel::View kernelView(const SelectionView& view, const SelectionOptions& options) const;
@@ -80,15 +86,18 @@ private:
     struct UniformRecords;
 
     unsigned capOf(const SelectionOptions& options) const;
+    void scaleNodes();
     void boundNodes();
+    void boundDeformedNodes();
 
     std::vector<std::uint16_t> _ladder;
+    std::vector<BoundSphere> _deformedSpheres; ///< by the patches' numbers; empty without a deformation
     PatchTree _tree;
     PatchBlocks _blocks;
     std::vector<BoundSphere> _nodeSpheres; ///< in the blocks' units
     std::vector<float> _nodeBounds;        ///< per node LevelNeed::kBoundRows rows
-    std::unique_ptr<UniformRecords> _uniform;
-    std::unique_ptr<Workspaces> _workspaces;
+    std::shared_ptr<UniformRecords> _uniform; ///< this and what follows: shared by all deformations
+    std::shared_ptr<Workspaces> _workspaces;
     mutable RecordPool _recordPool;
 };
 

@@ -4,6 +4,7 @@
 #include <osg/BoundingBox>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 namespace osgTessLOD {
@@ -47,6 +48,21 @@ PatchTree::PatchTree(const std::vector<BoundSphere>& patches)
 {
     std::iota(_order.begin(), _order.end(), 0U);
     if (!patches.empty()) { build(patches, 0, static_cast<std::uint32_t>(patches.size())); }
+}
+
+PatchTree::PatchTree(const PatchTree& tree, const std::vector<BoundSphere>& patches)
+    : _nodes(tree._nodes)
+    , _order(tree._order)
+{
+    std::vector<BoundSphere> spheres(_nodes.size());
+    const std::array<std::uint32_t, 2> both{0, 1};
+    for (std::size_t n = _nodes.size(); n-- > 0;) { // children before parents
+        const Node& node = _nodes[n];
+        const std::uint32_t* first = _order.data() + node.first;
+        spheres[n] = node.right == 0 ? enclosing(patches, first, first + node.count)
+                                     : enclosing({spheres[n + 1], spheres[node.right]}, both.begin(), both.end());
+        _nodes[n].sphere = spheres[n];
+    }
 }
 
 void PatchTree::build(const std::vector<BoundSphere>& patches, std::uint32_t first, std::uint32_t count)

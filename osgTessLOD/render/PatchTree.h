@@ -23,6 +23,8 @@ public:
     };
 
     explicit PatchTree(const std::vector<BoundSphere>& patches);
+    /// The nodes of `tree` around patches that have moved: as many.
+    PatchTree(const PatchTree& tree, const std::vector<BoundSphere>& patches);
 
     /// Parents before children; the first is the root. Empty without patches.
     const std::vector<Node>& nodes() const { return _nodes; }

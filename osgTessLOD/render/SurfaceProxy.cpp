@@ -3,6 +3,8 @@
 
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/asset/TessellationPattern.h>
+#include <osgTessLOD/render/ControlMeshDeformation.h>
+#include <osgTessLOD/render/GpuAsset.h>
 #include <osgTessLOD/render/MorphedSurface.h>
 #include <osgTessLOD/render/PatchSelector.h>
 #include <osgTessLOD/render/Placements.h>
@@ -16,24 +18,56 @@ SurfaceTree::SurfaceTree(const SurfaceTree& other, const osg::CopyOp& copyop)
 {
 }
 
+namespace {
+
+/// Calls visit(patch, its vertex) for the vertices of all patches at one level, in the order of the proxy's.
+template <class Visit>
+void forEachVertex(const LodAsset& asset, const PatchRecords& records, const MorphedSurface& surface,
+                   const Visit& visit)
+{
+    for (const PatchRecord& record : records) {
+        const unsigned factor = asset.ladder[MorphedSurface::drawnLevel(record.edgeLevels)];
+        for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
+            visit(record.patch, surface.tessLodSurfacePoint(record.patch, record.edgeLevels, v));
+        }
+    }
+}
+
+osg::Vec3f toVec3(const MorphedSurface::Vec3& p)
+{
+    return {p[0], p[1], p[2]};
+}
+
+} // namespace
+
 SurfaceProxy::SurfaceProxy(const LodAsset& asset, const PatchSelector& selector, const MorphedSurface& surface,
                            unsigned level)
     : _level(level)
 {
     const PatchRecords records = selector.uniformRecords(level);
     _triangles->reserve(3 * selector.statisticsOf(records).triangles);
+    unsigned first = 0;
     for (const PatchRecord& record : records) {
-        const unsigned factor = asset.ladder[MorphedSurface::drawnLevel(record.edgeLevels)];
-        const auto first = static_cast<unsigned>(_vertices->size());
-        for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(factor); ++v) {
-            const MorphedSurface::Vec3 p = surface.tessLodSurfacePoint(record.patch, record.edgeLevels, v).position;
-            _vertices->push_back(osg::Vec3(p[0], p[1], p[2]));
-        }
-        const TessellationPattern pattern(factor);
+        const TessellationPattern pattern(asset.ladder[MorphedSurface::drawnLevel(record.edgeLevels)]);
         for (const TessellationPattern::Triangle& triangle : pattern.triangles()) {
-            for (std::uint32_t v : triangle) { _triangles->push_back(first + v); }
+            for (const std::uint32_t v : triangle) { _triangles->push_back(first + v); }
         }
+        first += pattern.vertexCount();
     }
+    forEachVertex(asset, records, surface, [&](std::uint32_t, const MorphedSurface::TessLodPoint& p) {
+        _vertices->push_back(toVec3(p.position));
+    });
+}
+
+SurfaceProxy::SurfaceProxy(const SurfaceProxy& undeformed, const GpuAsset& asset,
+                           const ControlMeshDeformation& deformation)
+    : _level(undeformed._level)
+    , _triangles(undeformed._triangles)
+{
+    forEachVertex(asset.asset(), asset.selector().uniformRecords(_level), asset.surface(),
+                  [&](std::uint32_t patch, const MorphedSurface::TessLodPoint& p) {
+                      _vertices->push_back(deformation.tessLodDeformed(toVec3(p.position), p.weights, patch));
+                  });
 }
 
 SurfaceProxy::SurfaceProxy(const SurfaceProxy& one, const Placements& placements)

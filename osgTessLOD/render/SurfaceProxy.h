@@ -14,6 +14,8 @@
 
 namespace osgTessLOD {
 
+class ControlMeshDeformation;
+class GpuAsset;
 class MorphedSurface;
 class Placements;
 class PatchSelector;
@@ -50,6 +52,9 @@ protected:
 class OSGTESSLOD_EXPORT SurfaceProxy : public osg::Referenced {
 public:
     SurfaceProxy(const LodAsset& asset, const PatchSelector& selector, const MorphedSurface& surface, unsigned level);
+
+    /// `undeformed`, of this asset, where a deformation of it has its vertices.
+    SurfaceProxy(const SurfaceProxy& undeformed, const GpuAsset& asset, const ControlMeshDeformation& deformation);
 
     /// `one` at each of the placements.
     SurfaceProxy(const SurfaceProxy& one, const Placements& placements);

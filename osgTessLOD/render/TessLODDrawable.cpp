@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/render/TessLODDrawable.h>
 
+#include <osgTessLOD/render/AssetPages.h>
+#include <osgTessLOD/render/ControlMeshDeformation.h>
 #include <osgTessLOD/render/CullView.h>
 #include <osgTessLOD/render/GpuAsset.h>
 #include <osgTessLOD/render/IntersectionAccess.h>
@@ -8,7 +10,10 @@
 #include <osgTessLOD/render/PatchSelection.h>
 #include <osgTessLOD/render/ShaderSelection.h>
 
+#include <osg/Notify>
 #include <osg/State>
+
+#include <utility>
 
 namespace osgTessLOD {
 
@@ -52,6 +57,7 @@ TessLODDrawable::TessLODDrawable(const TessLODDrawable& other, const osg::CopyOp
     , _asset(other._asset)
     , _gpuAsset(other._gpuAsset)
     , _materialStates(other._materialStates)
+    , _deformation(other._deformation)
     , _observer(other._observer)
     , _options(other._options)
     , _pickingOptions(other._pickingOptions)
@@ -68,6 +74,7 @@ void TessLODDrawable::setAsset(std::shared_ptr<const LodAsset> asset)
     _asset = std::move(asset);
     _gpuAsset = _asset != nullptr ? new GpuAsset(_asset) : nullptr;
     _materialStates.clear();
+    _deformation = nullptr;
     _fileName.clear();
     surfaceChanged();
 }
@@ -77,6 +84,7 @@ void TessLODDrawable::shareAsset(const TessLODDrawable& other)
     _asset = other._asset;
     _gpuAsset = other._gpuAsset;
     _materialStates = other._materialStates;
+    _deformation = other._deformation;
     _fileName = other._fileName;
     surfaceChanged();
 }
@@ -90,6 +98,27 @@ void TessLODDrawable::setMaterialState(std::size_t material, osg::StateSet* stat
 osg::StateSet* TessLODDrawable::getMaterialState(std::size_t material) const
 {
     return material < _materialStates.size() ? _materialStates[material].get() : nullptr;
+}
+
+void TessLODDrawable::setDeformation(osg::ref_ptr<const ControlMeshDeformation> deformation)
+{
+    if (deformation.valid() && &deformation->asset().asset() != _asset.get()) {
+        OSG_WARN << "TessLODDrawable::setDeformation: the deformation is another asset's" << std::endl;
+        deformation = nullptr;
+    }
+    if (deformation == _deformation) { return; }
+    _deformation = std::move(deformation);
+    surfaceChanged();
+}
+
+const PatchSelector& TessLODDrawable::selector() const
+{
+    return _deformation.valid() ? _deformation->selector() : _gpuAsset->selector();
+}
+
+const osg::BoundingBox& TessLODDrawable::surfaceBounds() const
+{
+    return _deformation.valid() ? _deformation->bounds() : _gpuAsset->bounds();
 }
 
 void TessLODDrawable::surfaceChanged()
@@ -116,7 +145,7 @@ GpuAsset* TessLODDrawable::getGpuAsset() const
 
 osg::BoundingBox TessLODDrawable::computeBoundingBox() const
 {
-    return _gpuAsset.valid() ? _gpuAsset->bounds() : osg::BoundingBox();
+    return _gpuAsset.valid() ? surfaceBounds() : osg::BoundingBox();
 }
 
 void TessLODDrawable::drawImplementation(osg::RenderInfo& renderInfo) const
@@ -128,13 +157,20 @@ bool TessLODDrawable::selectsWhenDrawn() const
 {
     // What is of several materials is drawn in parts, for which it has to be known.
     return _options.selector == SelectionOptions::Selector::Gpu && _options.backend != Backend::Instanced &&
-           _asset->patchMaterials.empty();
+           _asset->patchMaterials.empty() && !_deformation.valid();
 }
 
-const osg::StateSet* TessLODDrawable::moreState(osg::State& state) const
+std::vector<const osg::StateSet*> TessLODDrawable::moreStates(osg::State& state) const
 {
+    std::vector<const osg::StateSet*> states;
     const ShaderSelection* selection = selectsWhenDrawn() ? _gpuAsset->shaderSelectionFor(state) : nullptr;
-    return selection != nullptr ? selection->state() : nullptr;
+    if (selection != nullptr) { states.push_back(selection->state()); }
+    const AssetPages* pages = _deformation.valid() ? _gpuAsset->pagesFor(state) : nullptr;
+    if (pages != nullptr && _deformation->fits(state)) {
+        states.push_back(_deformation->state());
+        for (const AssetPage& page : pages->deformedPages()) { states.push_back(page.state.get()); }
+    }
+    return states;
 }
 
 osg::ref_ptr<PatchSelection> TessLODDrawable::select(const CullView& view) const
@@ -145,9 +181,9 @@ osg::ref_ptr<PatchSelection> TessLODDrawable::select(const CullView& view) const
                                   {selectionView, _options, view.frustum(), view.culledFaces(selectionView)});
     }
     PatchSelector::Result selected =
-        _gpuAsset->selector().select(selectionView, _options, view.frustum(), view.culledFaces(selectionView));
+        selector().select(selectionView, _options, view.frustum(), view.culledFaces(selectionView));
     return new PatchSelection(_gpuAsset.get(), std::move(selected.records), std::move(selected.statistics),
-                              selectionView, _options.backend);
+                              selectionView, _options.backend, {}, _deformation);
 }
 
 osg::ref_ptr<PatchSelection> TessLODDrawable::selectUniform(unsigned level) const
@@ -156,7 +192,7 @@ osg::ref_ptr<PatchSelection> TessLODDrawable::selectUniform(unsigned level) cons
     PatchRecords records = selector.uniformRecords(level);
     SelectionStatistics statistics = selector.statisticsOf(records);
     return new PatchSelection(_gpuAsset.get(), std::move(records), std::move(statistics), SelectionView(),
-                              _options.backend);
+                              _options.backend, {}, _deformation);
 }
 
 void TessLODDrawable::setPickingOptions(const PickingOptions& options)
@@ -183,7 +219,14 @@ osg::ref_ptr<SurfaceProxy> TessLODDrawable::getPickingSurface() const
 
 osg::ref_ptr<SurfaceProxy> TessLODDrawable::makePickingSurface() const
 {
-    return _gpuAsset->proxy(_pickingOptions);
+    return makeProxy(_pickingOptions);
+}
+
+osg::ref_ptr<SurfaceProxy> TessLODDrawable::makeProxy(const PickingOptions& options) const
+{
+    const osg::ref_ptr<SurfaceProxy> undeformed = _gpuAsset->proxy(options);
+    if (!_deformation.valid()) { return undeformed; }
+    return new SurfaceProxy(*undeformed, *_gpuAsset, *_deformation);
 }
 
 void TessLODDrawable::accept(osg::NodeVisitor& visitor)
@@ -225,7 +268,7 @@ void TessLODDrawable::compileGLObjects(osg::RenderInfo& renderInfo) const
     osg::Drawable::compileGLObjects(renderInfo);
     if (!_gpuAsset.valid()) { return; }
     osg::State& state = *renderInfo.getState();
-    _gpuAsset->compileGLObjects(state, moreState(state));
+    _gpuAsset->compileGLObjects(state, moreStates(state));
     for (const auto& material : _materialStates) {
         if (material.valid()) { material->compileGLObjects(state); }
     }
@@ -238,6 +281,7 @@ void TessLODDrawable::releaseGLObjects(osg::State* state) const
     for (const auto& material : _materialStates) {
         if (material.valid()) { material->releaseGLObjects(state); }
     }
+    if (_deformation.valid()) { _deformation->releaseGLObjects(state); }
 }
 
 void TessLODDrawable::resizeGLObjectBuffers(unsigned int maxSize)
@@ -247,6 +291,7 @@ void TessLODDrawable::resizeGLObjectBuffers(unsigned int maxSize)
     for (const auto& material : _materialStates) {
         if (material.valid()) { material->resizeGLObjectBuffers(maxSize); }
     }
+    if (_deformation.valid()) { _deformation->resizeGLObjectBuffers(maxSize); }
 }
 
 } // namespace osgTessLOD

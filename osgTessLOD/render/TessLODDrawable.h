@@ -7,6 +7,7 @@
 
 #include <osg/Drawable>
 #include <osg/StateSet>
+#include <osg/ref_ptr>
 
 #include <memory>
 #include <mutex>
@@ -16,16 +17,18 @@
 namespace osgTessLOD {
 
 struct LodAsset;
+class ControlMeshDeformation;
 class CullView;
 class GpuAsset;
 class PatchSelection;
+class PatchSelector;
 class SelectionObserver;
 
 /// Draws a LodAsset: in every cull visit its PatchCullCallback selects, per patch border, the level whose error on
 /// screen is at most options().errorPixels, and adds an immutable PatchSelection drawable of what is visible. Or it leaves
 /// that to the control shader: SelectionOptions::Selector.
 ///
-/// Sharing: copies (shallow or deep) and several parents share the asset and its GL objects. Options belong to each
+/// Sharing: copies (shallow or deep) and several parents share the asset, its deformation and their GL objects. Options belong to each
 /// drawable; change them between frames (in update or event traversal), never while cull traversals run.
 class OSGTESSLOD_EXPORT TessLODDrawable : public osg::Drawable {
 public:
@@ -35,10 +38,10 @@ public:
     META_Object(osgTessLOD, TessLODDrawable)
 
     /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn. The file name
-    /// and states of materials are forgotten.
+    /// the deformation and states of materials are forgotten.
     void setAsset(std::shared_ptr<const LodAsset> asset);
     const std::shared_ptr<const LodAsset>& getAsset() const { return _asset; }
-    /// Asset, GL objects, states of materials and file name are `other`'s from now on, too.
+    /// Asset, GL objects, deformation, states of materials and file name are `other`'s from now on, too.
     void shareAsset(const TessLODDrawable& other);
 
     /// State that patches of one of the asset's materials are drawn with, within the drawable's own; null: none. Made by
@@ -49,6 +52,13 @@ public:
     /// The .tlod file that the asset is read from, by which scene files refer to it; empty where there is none.
     void setFileName(const std::string& fileName) { _fileName = fileName; }
     const std::string& getFileName() const { return _fileName; }
+
+    /// How the control mesh is posed; null: as the asset is, at no cost. Change it between frames, as options: what was selected
+    /// of the last one can still be drawn. One of another asset shows nothing deformed, and a warning says so. With one, patches
+    /// are selected on the CPU, whatever SelectionOptions::selector, and none is left out for its faces. Scene files do not have
+    /// it: poses are made while an application runs.
+    void setDeformation(osg::ref_ptr<const ControlMeshDeformation> deformation);
+    const ControlMeshDeformation* getDeformation() const { return _deformation.get(); }
 
     void setOptions(const SelectionOptions& options) { _options = options; }
     const SelectionOptions& getOptions() const { return _options; }
@@ -64,6 +74,9 @@ public:
     SelectionObserver* getSelectionObserver() const;
 
     GpuAsset* getGpuAsset() const;
+
+    /// Around the surface, deformed or not, in the asset's space. There is an asset.
+    const osg::BoundingBox& surfaceBounds() const;
 
     /// What is drawn in a cull visit. There is an asset.
     virtual osg::ref_ptr<PatchSelection> select(const CullView& view) const;
@@ -88,6 +101,10 @@ public:
 protected:
     ~TessLODDrawable() override;
 
+    /// Selects for the deformation, if there is one. There is an asset.
+    const PatchSelector& selector() const;
+    /// The picking surface of the asset as it is deformed. There is an asset.
+    osg::ref_ptr<SurfaceProxy> makeProxy(const PickingOptions& options) const;
     /// Everything at one level, or at its finest where that is coarser. There is an asset.
     virtual osg::ref_ptr<PatchSelection> selectUniform(unsigned level) const;
     /// There is an asset.
@@ -95,9 +112,8 @@ protected:
     /// Called when the asset, or what is shown of it, is another. Extend it.
     virtual void surfaceChanged();
     virtual void dropPickingSurface();
-    /// What selections are drawn with in the context of `state`, which is current, beside the asset's own state; null: nothing. There
-    /// is an asset.
-    virtual const osg::StateSet* moreState(osg::State& state) const;
+    /// What selections are drawn with in the context of `state`, which is current, beside the asset's own state. There is an asset.
+    virtual std::vector<const osg::StateSet*> moreStates(osg::State& state) const;
 
 private:
     bool selectsWhenDrawn() const;
@@ -105,6 +121,7 @@ private:
     std::shared_ptr<const LodAsset> _asset;
     osg::ref_ptr<GpuAsset> _gpuAsset;
     std::vector<osg::ref_ptr<osg::StateSet>> _materialStates; ///< those that are set, up to the last
+    osg::ref_ptr<const ControlMeshDeformation> _deformation;
     osg::ref_ptr<SelectionObserver> _observer;
     SelectionOptions _options;
     PickingOptions _pickingOptions;

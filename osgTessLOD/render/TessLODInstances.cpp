@@ -31,8 +31,8 @@ public:
         _parts.push_back({placement, std::move(selected)});
     }
 
-    osg::ref_ptr<PatchSelection> selection(const GpuAsset& asset, const Placements& placements,
-                                           const SelectionView& view, Backend backend)
+    osg::ref_ptr<PatchSelection> selection(const TessLODInstances& drawable, const Placements& placements,
+                                           const SelectionView& view)
     {
         const std::vector<std::uint64_t>& byLevel = _statistics.patchesByLevel;
         std::vector<std::size_t> next(byLevel.size(), 0); // per level where its next record goes
@@ -52,9 +52,10 @@ public:
                 next[level] += static_cast<std::size_t>(count);
             }
         }
-        const std::uint64_t all = asset.asset().patches.size() * placements.matrices().size();
+        const std::uint64_t all = drawable.getAsset()->patches.size() * placements.matrices().size();
         _statistics.culledPatches = all - _statistics.patches;
-        return new PatchSelection(&asset, std::move(records), std::move(_statistics), view, backend, std::move(where));
+        return new PatchSelection(drawable.getGpuAsset(), std::move(records), std::move(_statistics), view,
+                                  drawable.getOptions().backend, std::move(where), drawable.getDeformation());
     }
 
 private:
@@ -110,19 +111,19 @@ TessLODInstances::~TessLODInstances() = default;
 
 void TessLODInstances::setPlacements(std::vector<osg::Matrixd> placements)
 {
-    const GpuAsset* asset = getGpuAsset();
-    _placements = new Placements(std::move(placements), asset != nullptr ? asset->bounds() : osg::BoundingBox());
+    const osg::BoundingBox bounds = getGpuAsset() != nullptr ? surfaceBounds() : osg::BoundingBox();
+    _placements = new Placements(std::move(placements), bounds);
     TessLODDrawable::surfaceChanged();
 }
 
 void TessLODInstances::surfaceChanged()
 {
-    setPlacements(getPlacements()); // their spheres are the asset's
+    setPlacements(getPlacements()); // their spheres are around the surface
 }
 
 osg::ref_ptr<PatchSelection> TessLODInstances::select(const CullView& view) const
 {
-    const GpuAsset& asset = *getGpuAsset();
+    const PatchSelector& selector = this->selector();
     const bool culls = isCullingActive();
     GatheredRecords gathered;
     _placements->forEach(
@@ -131,11 +132,11 @@ osg::ref_ptr<PatchSelection> TessLODInstances::select(const CullView& view) cons
             const osg::Matrixd& placement = getPlacements()[number];
             std::vector<osg::Plane> frustum = view.frustum();
             for (osg::Plane& plane : frustum) { plane.transformProvidingInverse(placement); }
-            if (culls && isOutside(asset.bounds(), frustum)) { return; }
+            if (culls && isOutside(surfaceBounds(), frustum)) { return; }
             const SelectionView placed = view.view(placement);
-            gathered.add(number, asset.selector().select(placed, getOptions(), frustum, view.culledFaces(placed)));
+            gathered.add(number, selector.select(placed, getOptions(), frustum, view.culledFaces(placed)));
         });
-    return gathered.selection(asset, *_placements, view.view(), getOptions().backend);
+    return gathered.selection(*this, *_placements, view.view());
 }
 
 osg::ref_ptr<PatchSelection> TessLODInstances::selectUniform(unsigned level) const
@@ -145,7 +146,7 @@ osg::ref_ptr<PatchSelection> TessLODInstances::selectUniform(unsigned level) con
     uniform.statistics = asset.selector().statisticsOf(uniform.records);
     GatheredRecords gathered;
     _placements->forEach(everywhere, [&](std::uint32_t number) { gathered.add(number, uniform); });
-    return gathered.selection(asset, *_placements, SelectionView(), getOptions().backend);
+    return gathered.selection(*this, *_placements, SelectionView());
 }
 
 osg::BoundingBox TessLODInstances::computeBoundingBox() const
@@ -165,7 +166,7 @@ osg::ref_ptr<SurfaceProxy> TessLODInstances::makePickingSurface() const
 {
     PickingOptions each = getPickingOptions();
     each.maxTriangles /= std::max<std::size_t>(1, getPlacements().size());
-    const osg::ref_ptr<SurfaceProxy> one = getGpuAsset()->proxy(each);
+    const osg::ref_ptr<SurfaceProxy> one = makeProxy(each);
     return new SurfaceProxy(*one, *_placements);
 }
 
@@ -224,9 +225,11 @@ void TessLODInstances::intersectPlacements(osgUtil::IntersectionVisitor& visitor
 
 // --------------------------------------------------------------------------------------------------- GL objects ---
 
-const osg::StateSet* TessLODInstances::moreState(osg::State&) const
+std::vector<const osg::StateSet*> TessLODInstances::moreStates(osg::State& state) const
 {
-    return _placements->state();
+    std::vector<const osg::StateSet*> states = TessLODDrawable::moreStates(state);
+    states.push_back(_placements->state());
+    return states;
 }
 
 void TessLODInstances::releaseGLObjects(osg::State* state) const

@@ -18,7 +18,7 @@ namespace osgTessLOD {
 /// as if the drawable were under a MatrixTransform there; all that is selected is one PatchSelection, drawn with about as many
 /// draw calls as it has levels.
 ///
-/// What the asset looks like, options and state are the same for all. Coordinates reach the GPU in single precision: where
+/// What the asset looks like, its deformation, options and state are the same for all. Coordinates reach the GPU in single precision: where
 /// placements are far from the origin, put the origin among them and the drawable under a transform.
 class OSGTESSLOD_EXPORT TessLODInstances : public TessLODDrawable {
 public:
@@ -53,7 +53,7 @@ protected:
     osg::ref_ptr<SurfaceProxy> makePickingSurface() const override;
     void surfaceChanged() override;
     void dropPickingSurface() override;
-    const osg::StateSet* moreState(osg::State& state) const override;
+    std::vector<const osg::StateSet*> moreStates(osg::State& state) const override;
 
 private:
     osg::ref_ptr<TessLODDrawable> pickedDrawable();

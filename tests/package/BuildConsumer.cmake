@@ -40,7 +40,7 @@ if(WITH_BAKE AND XVFB_RUN)
   run("${prefix}/bin/osgtesslodbake" builtin:asteroid --max-factor 8 -q -o "${WORK_DIR}/rock.tlod")
   set(ENV{OSG_RUN_FRAME_COUNT} 3)
   set(ENV{OSG_LIBRARY_PATH} "${prefix}/${LIBRARY_DIR}")
-  foreach(example minimal instances shadow picking)
+  foreach(example minimal instances shadow waves skinning picking)
     execute_process(COMMAND "${XVFB_RUN}" -a "${WORK_DIR}/examples/${example}" "${WORK_DIR}/rock.tlod"
                     RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE errors)
     if(NOT status EQUAL 0 OR errors)

@@ -2,6 +2,7 @@
 // However OSG computes the near and far planes, they cut nothing off.
 #include <render/GlTest.h>
 #include <render/PlainTwin.h>
+#include <render/Poses.h>
 
 #include <asset/SyntheticAsset.h>
 
@@ -41,6 +42,28 @@ protected:
 constexpr std::array<osg::CullSettings::ComputeNearFarMode, 3> kModes{
     osg::CullSettings::COMPUTE_NEAR_FAR_USING_BOUNDING_VOLUMES, osg::CullSettings::COMPUTE_NEAR_FAR_USING_PRIMITIVES,
     osg::CullSettings::COMPUTE_NEAR_USING_PRIMITIVES};
+
+TEST_F(NearFar, cutNothingOffWhatIsDeformed)
+{
+    const WarningCollector warnings;
+    for (const double time : {0.5, 2.0, 4.5}) {
+        drawable->setDeformation(deformed(*drawable->getGpuAsset(), turning, time));
+        const osg::Vec3d center = drawable->getBoundingBox().center();
+        for (const osg::Vec3d& eye : {osg::Vec3d(9, 0, 0), osg::Vec3d(1.3, 0.1, 0.1), osg::Vec3d(0.1, 0.1, 0.0)}) {
+            camera().setViewMatrixAsLookAt(center + eye, center, osg::Vec3d(0.1, 0.3, 1.0));
+            camera().setProjectionMatrixAsPerspective(40.0, 1.0, 1e-3, 100.0);
+            camera().setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
+            viewer.renderingTraversals();
+            const auto wanted = osg::clone(&snapshot->image(), osg::CopyOp::DEEP_COPY_ALL);
+            for (const auto mode : kModes) {
+                camera().setComputeNearFarMode(mode);
+                viewer.renderingTraversals();
+                EXPECT_LE(differingPixels(*wanted, snapshot->image(), 8), 3U) << "mode " << mode << ", time " << time;
+            }
+        }
+    }
+    EXPECT_EQ(warnings.text(), "");
+}
 
 TEST_F(NearFar, cutNothingOff)
 {

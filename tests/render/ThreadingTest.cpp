@@ -2,6 +2,7 @@
 // Selections made in cull traversals while earlier ones are being drawn: under every threading model, with two contexts,
 // a texture camera and several parents.
 #include <render/GlTest.h>
+#include <render/Poses.h>
 #include <render/ViewerTest.h>
 
 #include <asset/SyntheticAsset.h>
@@ -18,6 +19,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <deque>
+#include <functional>
 
 namespace osgTessLOD {
 namespace {
@@ -98,9 +100,10 @@ private:
     mutable std::vector<std::vector<unsigned char>> _pictures;
 };
 
-/// Two contexts' films of a flight around several parents of one drawable.
-std::array<osg::ref_ptr<Film>, 2> filmOf(TessLODDrawable& drawable, osgViewer::ViewerBase::ThreadingModel model,
-                                         SelectionOptions options)
+/// Two contexts' films of a flight around several parents of one drawable. `prepare`: called before each frame with the time.
+std::array<osg::ref_ptr<Film>, 2> filmOf(
+    TessLODDrawable& drawable, osgViewer::ViewerBase::ThreadingModel model, SelectionOptions options,
+    const std::function<void(double)>& prepare = [](double) {})
 {
     const osg::ref_ptr<osg::Group> scene = new osg::Group;
     for (int k = 0; k < kParents; ++k) {
@@ -129,6 +132,7 @@ std::array<osg::ref_ptr<Film>, 2> filmOf(TessLODDrawable& drawable, osgViewer::V
                                                   osg::Vec3d(0.0, 1.0, 0.0));
         options.errorPixels = std::exp(2.0 * std::sin(3.0 * t));
         drawable.setOptions(options);
+        prepare(t);
         viewer.frame();
     }
     viewer.stopThreading();
@@ -158,6 +162,28 @@ TEST_P(Threading, theControlShaderSelectsForEveryView)
             EXPECT_LE(different, 12U) << "view " << view << ", frame " << frame;
         }
     }
+    EXPECT_EQ(warnings.text(), "");
+}
+
+TEST_P(Threading, posesMayChangeWhileTheLastOnesAreDrawn)
+{
+    const WarningCollector warnings;
+    const osg::ref_ptr<TessLODDrawable> drawable =
+        new TessLODDrawable(std::make_shared<const LodAsset>(makeSyntheticAsset(16, true)));
+    const auto pose = [&](double time) {
+        drawable->setDeformation(deformed(*drawable->getGpuAsset(), bending, 3.0 * time));
+    };
+    SelectionOptions options;
+    options.backend = Backend::Tessellation;
+    const auto expected = filmOf(*drawable, osgViewer::ViewerBase::SingleThreaded, options, pose);
+    const auto films = filmOf(*drawable, GetParam(), options, pose);
+    for (std::size_t view = 0; view < films.size(); ++view) {
+        ASSERT_EQ(films[view]->pictures().size(), static_cast<std::size_t>(kFrames));
+        for (std::size_t frame = 0; frame < kFrames; ++frame) {
+            ASSERT_EQ(films[view]->pictures()[frame], expected[view]->pictures()[frame]) << "frame " << frame;
+        }
+    }
+    EXPECT_NE(films[0]->pictures().front(), films[0]->pictures().back());
     EXPECT_EQ(warnings.text(), "");
 }
 
