@@ -37,7 +37,7 @@ public:
     TessLODDrawable(const TessLODDrawable& other, const osg::CopyOp& copyop = osg::CopyOp::SHALLOW_COPY);
     META_Object(osgTessLOD, TessLODDrawable)
 
-    /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn. The file name
+    /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn. The file name,
     /// the deformation and states of materials are forgotten.
     void setAsset(std::shared_ptr<const LodAsset> asset);
     const std::shared_ptr<const LodAsset>& getAsset() const { return _asset; }
