@@ -87,6 +87,8 @@ void declareArguments(CLI::App& app, Arguments& arguments)
         ->capture_default_str();
     app.add_option("--patches", arguments.bake.controlMesh.patches, "patches to make of a mesh; 0: by its size")
         ->capture_default_str();
+    app.add_flag("--elevation", arguments.bake.controlMesh.elevation,
+                 "make patches of a mesh that are elevations of their triangles, as scalar displacement needs: usually more of them");
     app.add_option("--color-image", arguments.colorImage,
                    "image file of the surface's colour by its texture coordinates, which the asset will name");
     app.add_option("--base", arguments.bake.base,

@@ -7,6 +7,7 @@
 #include <osgTessLOD/bake/AttributeLevels.h>
 #include <osgTessLOD/bake/BuiltinSurface.h>
 #include <osgTessLOD/bake/ChartError.h>
+#include <osgTessLOD/bake/ElevationMap.h>
 #include <osgTessLOD/bake/NormalBaker.h>
 #include <osgTessLOD/bake/PatchChart.h>
 #include <osgTessLOD/bake/RefinedPatches.h>
@@ -147,7 +148,7 @@ void checkSeams(const ControlMesh& mesh, const BakeOptions& options)
 
 /// Of thousands of pieces of a few triangles each, every one has a patch at least, whose finest levels would show nothing but
 /// the same triangles: the largest factor that does not make a thousand triangles of one, or some millions of all.
-unsigned finestFactorFor(const ControlMesh& mesh)
+unsigned finestFactorFor(const PatchMap& mesh)
 {
     constexpr std::uint64_t kMostPerTriangle = 1000;
     constexpr std::uint64_t kFewTriangles = 4'000'000;
@@ -175,6 +176,21 @@ MappedSource makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progre
     const SourceMesh& source = patches->base().source();
     const SourceSamples& samples = patches->sourceSamples();
     return {std::move(patches), &source, &samples, finest};
+}
+
+/// `mesh` is clean.
+MappedSource makeElevations(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    normalizeFrame(mesh);
+    auto elevations = timed(report, "elevations", [&] {
+        return std::make_unique<ElevationMap>(std::move(mesh), options.controlMesh, progress);
+    });
+    report.elevationRounds = elevations->rounds();
+    report.ownTriangles = elevations->ownTriangles();
+    const unsigned finest = options.ladder.empty() ? finestFactorFor(*elevations) : options.maxFactor;
+    const SourceMesh& source = elevations->source();
+    const SourceSamples& samples = elevations->sourceSamples();
+    return {std::move(elevations), &source, &samples, finest};
 }
 
 MappedSource makeSharedUvPatches(SourceMesh mesh, const BakeOptions& options, BakeReport& report)
@@ -209,6 +225,7 @@ MappedSource mapMesh(SourceMesh mesh, const BakeOptions& options, Progress& prog
     clean(mesh, progress, report);
     if (!options.uvs && options.displacement.empty()) { mesh.uvs.clear(); }
     if (!options.displacement.empty()) { return makeDisplacedPatches(mesh, options, report); }
+    if (options.controlMesh.elevation) { return makeElevations(std::move(mesh), options, progress, report); }
     return options.base.empty() ? makeMeshPatches(std::move(mesh), options, progress, report)
                                 : makeSharedUvPatches(std::move(mesh), options, report);
 }
@@ -247,6 +264,10 @@ void checkSource(const std::string& source, const BakeOptions& options)
     }
     if (!options.base.empty() && !options.displacement.empty()) {
         throw AssetError("with a displacement map the source itself is the base mesh");
+    }
+    if (options.controlMesh.elevation &&
+        (isBuiltin(source) || isHeightFile(source) || !options.base.empty() || !options.displacement.empty())) {
+        throw AssetError(source + ": elevations are made of meshes without a base mesh or displacement map");
     }
 }
 
@@ -395,6 +416,7 @@ std::string BakeReport::toJson() const
                             {"components", cleaning.components},
                             {"faces_without_uvs", cleaning.facesWithoutUvs}};
     }
+    if (elevationRounds > 0) { json["elevation"] = {{"rounds", elevationRounds}, {"own_triangles", ownTriangles}}; }
     if (voids + filledVoids > 0) { json["voids"] = {{"filled", filledVoids}, {"left_open", voids}}; }
     if (largestChartError > 0.0) { json["largest_chart_error"] = largestChartError; }
     for (const AssetSummary::Level& level : stored.levels) {

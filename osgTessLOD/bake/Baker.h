@@ -67,6 +67,8 @@ struct BakeReport {
     CleaningReport cleaning;
     std::uint64_t filledVoids = 0;          ///< samples of a height field without data, filled
     std::uint64_t voids = 0;                ///< and those left open
+    unsigned elevationRounds = 0;           ///< ElevationMap::rounds(); 0: patches need not be elevations
+    std::uint64_t ownTriangles = 0;         ///< of patches that are elevations, those that are triangles of the source
     std::uint64_t patches = 0;
     double diagonal = 0.0;                  ///< of the source's bounding box, source units
     double largestChartError = 0.0;         ///< source units; 0 where the charts are the reference

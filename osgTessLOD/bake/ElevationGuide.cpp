@@ -10,7 +10,8 @@ namespace osgTessLOD::bake {
 using Eigen::Vector3d;
 
 ElevationGuide::ElevationGuide(const SourceMesh& source, double leastCosine)
-    : _leastCosine(leastCosine)
+    : _source(source)
+    , _leastCosine(leastCosine)
     , _first(source.positions.size() + 1, 0)
     , _around(3 * source.triangles.size())
     , _largestWeight(source.positions.size(), std::numeric_limits<double>::infinity())
@@ -28,18 +29,29 @@ ElevationGuide::ElevationGuide(const SourceMesh& source, double leastCosine)
     }
 }
 
-bool ElevationGuide::faces(std::uint32_t vertex, const Vector3d& ray) const
+bool ElevationGuide::isOpen(const RayPrism& prism, double height)
 {
-    const double least = _leastCosine * ray.norm();
-    return std::all_of(_around.begin() + _first[vertex], _around.begin() + _first[vertex + 1],
-                       [&](std::uint32_t t) { return _normals[t].dot(ray) >= least; });
+    constexpr double kLeastOpening = 0.2;
+    return prism.opening(std::min(height, 0.0), std::max(height, 0.0)) >= kLeastOpening;
+}
+
+bool ElevationGuide::allows(const RayPrism& prism, std::uint32_t vertex, const Vector3d& barycentric) const
+{
+    const Vector3d ray = prism.rayAt(barycentric);
+    const double length = ray.norm();
+    const double least = _leastCosine * length;
+    if (!(length > 0.0) || std::any_of(_around.begin() + _first[vertex], _around.begin() + _first[vertex + 1],
+                                       [&](std::uint32_t t) { return _normals[t].dot(ray) < least; })) {
+        return false;
+    }
+    return isOpen(prism, ray.dot(_source.positions[vertex] - prism.pointAt(barycentric)) / (length * length));
 }
 
 void ElevationGuide::tighten(std::uint32_t vertex, double weight)
 {
-    constexpr double kShrink = 0.25;
+    constexpr double kShrink = 0.5;
     constexpr double kLeast = 8.0; // source triangles: below, none is collapsed
-    const double limit = kShrink * std::min(weight, _largestWeight[vertex]);
+    const double limit = std::min(kShrink * weight, _largestWeight[vertex]);
     _largestWeight[vertex] = limit < kLeast ? 0.0 : limit;
 }
 

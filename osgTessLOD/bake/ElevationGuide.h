@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/bake/RayPrism.h>
 #include <osgTessLOD/bake/SourceMesh.h>
 
 #include <Eigen/Core>
@@ -18,8 +19,11 @@ public:
     /// Keeps a reference to `source`. Cosines of angles between rays and the normals of triangles are to be `leastCosine`.
     ElevationGuide(const SourceMesh& source, double leastCosine);
 
-    /// Do all source triangles around a source vertex face a ray of this direction, of any length?
-    bool faces(std::uint32_t vertex, const Eigen::Vector3d& ray) const;
+    /// Does the triangle face its own rays, clearly, so far up?
+    static bool isOpen(const RayPrism& prism, double height);
+    /// Do all source triangles around a source vertex that a triangle has at `barycentric` face the ray from there, and does the
+    /// triangle so far up?
+    bool allows(const RayPrism& prism, std::uint32_t vertex, const Eigen::Vector3d& barycentric) const;
 
     /// The most weight, in source triangles, of a face that holds this source vertex; 0: no face around it may go.
     double largestWeight(std::uint32_t vertex) const { return _largestWeight[vertex]; }
@@ -27,6 +31,7 @@ public:
     void tighten(std::uint32_t vertex, double weight);
 
 private:
+    const SourceMesh& _source;
     double _leastCosine;
     std::vector<Eigen::Vector3d> _normals;      ///< of the source's triangles, unit; zero without an area
     std::vector<std::uint32_t> _first;          ///< per source vertex: into _around

@@ -26,6 +26,13 @@ constexpr double kSamePlace = 1e-7;
 /// More patches than this along one edge, or while looking for a vertex, mean that there is no end.
 constexpr unsigned kMostSteps = 4096;
 constexpr unsigned kNoSide = 3;
+/// Least RayPrism::opening.
+constexpr double kLeastOpening = 0.01;
+
+ElevationRegions::Overlap boxOf(std::uint32_t triangle, const PrismPoint& point)
+{
+    return {triangle, point.barycentric, point.barycentric, point.height, point.height};
+}
 
 } // namespace
 
@@ -49,7 +56,7 @@ ElevationRegions::ElevationRegions(const SourceMesh& source, const ElevationBase
     _isWalked.resize(_pieces.size());
     tbb::parallel_for(std::size_t{0}, _pieces.size(), [&](std::size_t e) {
         const auto& ends = _sourceTopology.edges[e].vertices;
-        _isWalked[e] = walk(ends[0], ends[1], _pieces[e]) ? 1 : 0;
+        _isWalked[e] = walk(ends[0], ends[1], _pieces[e]) && endsAt(_pieces[e].back().last, ends[1]) ? 1 : 0;
     });
     gatherTriangles();
     countHits();
@@ -94,22 +101,33 @@ ElevationRegions::Location ElevationRegions::locate(const Vector3d& point, const
     return {};
 }
 
+/// From the base vertices on, each vertex where an edge from one that is found leads to.
 void ElevationRegions::locateVertices()
 {
+    std::vector<std::vector<std::uint32_t>> neighbours(_source.positions.size());
+    for (const PatchTopology::Edge& edge : _sourceTopology.edges) {
+        for (const std::size_t k : {0U, 1U}) { neighbours[edge.vertices[k]].push_back(edge.vertices[1 - k]); }
+    }
     _vertices.resize(_source.positions.size());
-    tbb::parallel_for(std::size_t{0}, _vertices.size(), [&](std::size_t v) {
-        if (_baseOf[v] != ElevationBase::kNone) {
-            const auto& [patch, corner] = _patchesAround[_baseOf[v]].front();
-            _vertices[v] = {patch, {Vector3d::Unit(corner), 0.0}};
-            return;
+    std::vector<std::uint32_t> found = _base.vertices;
+    for (const std::uint32_t v : found) {
+        const auto& [patch, corner] = _patchesAround[_baseOf[v]].front();
+        _vertices[v] = {patch, {Vector3d::Unit(corner), 0.0}};
+    }
+    Pieces pieces;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        for (const std::uint32_t next : neighbours[found[i]]) {
+            if (_vertices[next].patch != ElevationBase::kNone) { continue; }
+            pieces.clear();
+            if (!walk(found[i], next, pieces)) { continue; }
+            Location& at = _vertices[next];
+            at = pieces.back().last;
+            // What is beyond a border by rounding is on it.
+            at.point.barycentric = at.point.barycentric.cwiseMax(0.0);
+            at.point.barycentric /= at.point.barycentric.sum();
+            found.push_back(next);
         }
-        const FacePoint& guess = _base.guesses[v];
-        const RayPrism& prism = _base.prisms[guess.face];
-        const Vector3d ray = prism.rayAt(guess.barycentric);
-        const double height = ray.dot(_source.positions[v] - prism.pointAt(guess.barycentric)) / ray.squaredNorm();
-        if (!std::isfinite(height)) { return; }
-        _vertices[v] = locate(_source.positions[v], {guess.face, {guess.barycentric, height}});
-    });
+    }
 }
 
 /// A vertex as the patch has it that a line in this direction from there runs in.
@@ -142,6 +160,7 @@ ElevationRegions::Location ElevationRegions::startOf(std::uint32_t vertex, const
 bool ElevationRegions::endsAt(const Location& last, std::uint32_t vertex) const
 {
     const Location& own = _vertices[vertex];
+    if (own.patch == ElevationBase::kNone) { return false; }
     const auto near = [](const PrismPoint& a, const PrismPoint& b) {
         return (a.barycentric - b.barycentric).norm() < kSamePlace && std::fabs(a.height - b.height) < kSamePlace;
     };
@@ -195,7 +214,7 @@ bool ElevationRegions::findExit(const Piece& piece, unsigned entered, const Vect
     return false;
 }
 
-/// Follows an edge from where one vertex was found; false if that does not end at the other.
+/// Follows an edge from where one vertex was found; false if that leads nowhere.
 bool ElevationRegions::walk(std::uint32_t from, std::uint32_t to, Pieces& pieces) const
 {
     const Vector3d origin = _source.positions[from];
@@ -209,10 +228,10 @@ bool ElevationRegions::walk(std::uint32_t from, std::uint32_t to, Pieces& pieces
         RayPrism::Crossing exit{};
         if (!findExit(piece, entered, origin, direction, side, exit)) {
             const auto last = _base.prisms[at.patch].locate(origin + direction, at.point);
-            if (!last) { return false; }
+            if (!last || last->barycentric.minCoeff() < -kSamePlace) { return false; }
             piece.last.point = *last;
             pieces.push_back(piece);
-            return endsAt(piece.last, to);
+            return true;
         }
         piece.to = exit.along;
         piece.last.point = {Vector3d::Zero(), exit.height};
@@ -285,11 +304,12 @@ void ElevationRegions::gather(std::uint32_t triangle, std::vector<std::pair<std:
                                            [&](const auto& o) { return o.first == piece.first.patch; });
             Overlap& box = same != overlaps.end()
                                ? same->second
-                               : overlaps.emplace_back(piece.first.patch, Overlap{triangle, piece.first.point.barycentric,
-                                                                                  piece.first.point.barycentric}).second;
-            for (const Vector3d& b : {piece.first.point.barycentric, piece.last.point.barycentric}) {
-                box.low = box.low.cwiseMin(b);
-                box.high = box.high.cwiseMax(b);
+                               : overlaps.emplace_back(piece.first.patch, boxOf(triangle, piece.first.point)).second;
+            for (const PrismPoint& end : {piece.first.point, piece.last.point}) {
+                box.low = box.low.cwiseMin(end.barycentric);
+                box.high = box.high.cwiseMax(end.barycentric);
+                box.lowest = std::min(box.lowest, end.height);
+                box.highest = std::max(box.highest, end.height);
             }
         }
     }
@@ -316,7 +336,21 @@ void ElevationRegions::gatherTriangles()
     }
 }
 
-/// Condition 3. A ray through an edge may count for both of its triangles or none: then another one is asked.
+/// Condition 3.
+bool ElevationRegions::isOpen(std::uint32_t patch) const
+{
+    constexpr double kFarther = 0.25;
+    double low = 0.0;
+    double high = 0.0;
+    for (const Overlap& overlap : _overlaps[patch]) {
+        low = std::min(low, overlap.lowest);
+        high = std::max(high, overlap.highest);
+    }
+    const double margin = kFarther * (high - low);
+    return _base.prisms[patch].opening(low - margin, high + margin) >= kLeastOpening;
+}
+
+/// Conditions 3 and 4. A ray through an edge may count for both of its triangles or none: then another one is asked.
 void ElevationRegions::countHits()
 {
     const std::array<Vector3d, 3> middles{
@@ -330,6 +364,7 @@ void ElevationRegions::countHits()
                 return rayWeights(_source, overlap.triangle, start, ray).minCoeff() >= 0.0;
             });
         };
+        if (!isOpen(static_cast<std::uint32_t>(p))) { _fails[p] = 1; }
         if (std::none_of(middles.begin(), middles.end(), [&](const Vector3d& b) { return hits(b) == 1; })) { _fails[p] = 1; }
     });
 }

@@ -35,7 +35,9 @@ struct ElevationBase {
 ///     to show. Else ray · normal is linear in the patch's weights, and so least on the region's outline: on straight pieces along
 ///     the patch's sides, at their ends; on the pieces of the triangle's edges, which are conics, nowhere less if it is not
 ///     at their ends and no ray at which it equals kLeastCosine meets the piece;
-///  3. the ray from the patch's middle meets one triangle: the degree of such a projection is the same everywhere.
+///  3. rays of a patch do not meet each other on the way (RayPrism::opening), as far up and down as it reaches and a quarter of that
+///     farther, as the conics may bend beyond their ends: so the projection has the orientation that 2 says;
+///  4. the ray from the patch's middle meets one triangle: the degree of such a projection is the same everywhere.
 ///
 /// Patches that are triangles of the source themselves need no rays, and pass.
 class ElevationRegions {
@@ -46,11 +48,13 @@ public:
         std::uint32_t patch = ElevationBase::kNone; ///< kNone: not found
         PrismPoint point;
     };
-    /// A source triangle over a patch, with a box around the ends of its outline's pieces in the patch's weights.
+    /// A source triangle over a patch, with a box around the ends of its outline's pieces in the patch's weights and heights.
     struct Overlap {
         std::uint32_t triangle;
         Eigen::Vector3d low;
         Eigen::Vector3d high;
+        double lowest;
+        double highest;
     };
 
     /// `source` is an oriented manifold in the working frame. Parallel; keeps references to both.
@@ -84,6 +88,7 @@ private:
                   unsigned& side, RayPrism::Crossing& exit) const;
     bool walk(std::uint32_t from, std::uint32_t to, Pieces& pieces) const;
     void failAround(std::uint32_t triangle, std::uint32_t patch, std::vector<std::uint32_t>& failed) const;
+    bool isOpen(std::uint32_t patch) const;
     bool facesRays(std::uint32_t triangle, std::uint32_t patch) const;
     void gather(std::uint32_t triangle, std::vector<std::pair<std::uint32_t, Overlap>>& overlaps,
                 std::vector<std::uint32_t>& failed) const;

@@ -3,7 +3,9 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace osgTessLOD::bake {
 
@@ -12,14 +14,17 @@ using Eigen::Vector3d;
 
 namespace {
 
+/// Of what lines and sides are multiplied to: the line runs along the rays of the side.
+constexpr double kParallel = 1e-11;
 /// Crossings this far beyond a side's ends still count: the neighbour over the corner has them, too.
 constexpr double kRounding = 1e-9;
 
-/// Real roots of c[0] + c[1] x + c[2] x², without cancellation; a root is there twice where it is double.
-std::vector<double> realRoots(const Vector3d& c)
+/// Real roots of c[0] + c[1] x + c[2] x², without cancellation; a root is there twice where it is double. None where no
+/// coefficient is larger than `noise`.
+std::vector<double> realRoots(const Vector3d& c, double noise)
 {
     const double scale = c.cwiseAbs().maxCoeff();
-    if (!(scale > 0.0)) { return {}; }
+    if (!(scale > noise)) { return {}; }
     if (std::fabs(c[2]) < 1e-14 * scale) { return c[1] != 0.0 ? std::vector<double>{-c[0] / c[1]} : std::vector<double>{}; }
     const double discriminant = c[1] * c[1] - 4.0 * c[0] * c[2];
     if (discriminant < 0.0) { return {}; }
@@ -60,6 +65,24 @@ Vector3d RayPrism::pointAt(const Vector3d& b) const
 Vector3d RayPrism::rayAt(const Vector3d& b) const
 {
     return b[0] * normals[0] + b[1] * normals[1] + b[2] * normals[2];
+}
+
+double RayPrism::opening(double low, double high) const
+{
+    const Vector3d e1 = positions[1] - positions[0];
+    const Vector3d e2 = positions[2] - positions[0];
+    const Vector3d m1 = normals[1] - normals[0];
+    const Vector3d m2 = normals[2] - normals[0];
+    const double area = e1.cross(e2).norm();
+    double least = std::numeric_limits<double>::infinity();
+    for (const Vector3d& normal : normals) { // linear in the weights: least at a corner
+        const Vector3d c(e1.cross(e2).dot(normal), (e1.cross(m2) + m1.cross(e2)).dot(normal), m1.cross(m2).dot(normal));
+        const auto offer = [&](double h) { least = std::min(least, c[0] + h * (c[1] + h * c[2])); };
+        offer(low);
+        offer(high);
+        if (c[2] != 0.0) { offer(std::clamp(-0.5 * c[1] / c[2], low, high)); }
+    }
+    return area > 0.0 ? least / area : -1.0;
 }
 
 PrismPoint RayPrism::derivative(const PrismPoint& at, const Vector3d& direction) const
@@ -107,7 +130,7 @@ void RayPrism::crossings(unsigned side, const Vector3d& origin, const Vector3d& 
     const Vector3d cross0 = normals[side].cross(direction);
     const Vector3d cross1 = turn.cross(direction);
     const Vector3d polynomial(offset.dot(cross0), edge.dot(cross0) + offset.dot(cross1), edge.dot(cross1));
-    for (const double share : realRoots(polynomial)) {
+    for (const double share : realRoots(polynomial, kParallel * direction.norm() * edge.norm())) {
         if (!(share >= -kRounding && share <= 1.0 + kRounding)) { continue; }
         const auto meeting =
             meetingOf(origin, direction, positions[side] + share * edge, normals[side] + share * turn);
@@ -123,7 +146,7 @@ bool RayPrism::meets(const Vector3d& first, const Vector3d& last, const Vector3d
         const Vector3d b = between(u);
         return (pointAt(b) - origin).dot(rayAt(b).cross(direction));
     };
-    for (const double u : realRoots(quadraticThrough(value(0.0), value(0.5), value(1.0)))) {
+    for (const double u : realRoots(quadraticThrough(value(0.0), value(0.5), value(1.0)), 0.0)) {
         if (!(u >= 0.0 && u <= 1.0)) { continue; }
         const Vector3d b = between(u);
         const auto meeting = meetingOf(origin, direction, pointAt(b), rayAt(b));

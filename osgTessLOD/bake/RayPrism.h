@@ -37,6 +37,10 @@ struct RayPrism {
         return pointAt(point.barycentric) + point.height * rayAt(point.barycentric);
     }
 
+    /// The least, over all rays and heights from `low` to `high`, by which the triangle of the points of one height faces the ray,
+    /// times its area over the area at height 0: positive where rays neither meet each other nor run along the triangle.
+    double opening(double low, double high) const;
+
     /// The ray through `point` that continues `guess`, by Newton's method; none where it does not converge.
     std::optional<PrismPoint> locate(const Eigen::Vector3d& point, const PrismPoint& guess) const;
 

@@ -118,6 +118,7 @@ private:
     Corners cornersOf(Mesh::FaceHandle f) const;
     Vector3d normalAfter(Mesh::VertexHandle x, Mesh::VertexHandle v, Mesh::VertexHandle w) const;
     const Vector3d& changedNormal(Mesh::VertexHandle x) const;
+    RayPrism prismAfter(const Corners& corners) const;
     bool mayWeigh(const std::array<Mesh::FaceHandle, CollapseHistory::kMaxRing>& faces,
                   const std::array<double, CollapseHistory::kMaxRing>& newWeights) const;
     bool newFacesKeepElevation(Mesh::HalfedgeHandle h, unsigned ringSize);
@@ -591,6 +592,16 @@ const Vector3d& Collapser::changedNormal(Mesh::VertexHandle x) const
     return _normals[at(x)];
 }
 
+RayPrism Collapser::prismAfter(const Corners& corners) const
+{
+    RayPrism prism;
+    for (std::size_t k = 0; k < 3; ++k) {
+        prism.positions[k] = position(corners[k]);
+        prism.normals[k] = changedNormal(corners[k]);
+    }
+    return prism;
+}
+
 /// Of the collapse being tried, whose new face j comes in the place of faces[j + 1].
 bool Collapser::mayWeigh(const std::array<Mesh::FaceHandle, CollapseHistory::kMaxRing>& faces,
                          const std::array<double, CollapseHistory::kMaxRing>& newWeights) const
@@ -609,16 +620,19 @@ bool Collapser::mayWeigh(const std::array<Mesh::FaceHandle, CollapseHistory::kMa
 
 bool Collapser::newFacesKeepElevation(Mesh::HalfedgeHandle h, unsigned ringSize)
 {
-    std::vector<Vector3d> ring;
+    std::vector<Mesh::VertexHandle> ring;
     auto out = h;
     for (unsigned i = 0; i < ringSize; ++i) {
-        ring.push_back(changedNormal(_mesh.to_vertex_handle(out)));
+        ring.push_back(_mesh.to_vertex_handle(out));
         out = _mesh.ccw_rotated_halfedge_handle(out);
     }
+    std::vector<RayPrism> prisms;
+    for (unsigned j = 0; j + 2 < ringSize; ++j) {
+        prisms.push_back(prismAfter({ring[0], ring[j + 1], ring[j + 2]}));
+        if (!_guide->isOpen(prisms.back(), 0.0)) { return false; }
+    }
     return std::all_of(_carried.begin(), _carried.end(), [&](const CarriedPoint& point) {
-        const Vector3d& b = point.to.barycentric;
-        const Vector3d ray = b[0] * ring[0] + b[1] * ring[point.to.face + 1] + b[2] * ring[point.to.face + 2];
-        return _guide->faces(point.vertex, ray);
+        return _guide->allows(prisms[point.to.face], point.vertex, point.to.barycentric);
     });
 }
 
@@ -646,11 +660,10 @@ bool Collapser::keepsElevation(Mesh::HalfedgeHandle h, unsigned ringSize)
         while (corners[0].idx() != static_cast<int>(_firstVertex[at(f)])) {
             std::rotate(corners.begin(), corners.begin() + 1, corners.end());
         }
-        std::array<Vector3d, 3> normals;
-        for (std::size_t k = 0; k < 3; ++k) { normals[k] = changedNormal(corners[k]); }
+        const RayPrism prism = prismAfter(corners);
+        if (!_guide->isOpen(prism, 0.0)) { return false; }
         for (std::uint32_t s = _firstPoint[at(f)]; s != kNone; s = _nextPoint[s]) {
-            const Vector3d& b = _pointInFace[s];
-            if (!_guide->faces(s, b[0] * normals[0] + b[1] * normals[1] + b[2] * normals[2])) { return false; }
+            if (!_guide->allows(prism, s, _pointInFace[s])) { return false; }
         }
     }
     return true;
