@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cmath>
 
 namespace osgTessLOD::bake {
 
@@ -29,22 +30,25 @@ ElevationGuide::ElevationGuide(const SourceMesh& source, double leastCosine)
     }
 }
 
-bool ElevationGuide::isOpen(const RayPrism& prism, double height)
+bool ElevationGuide::isOpen(const RayPrism& prism, const Reach& reach)
 {
     constexpr double kLeastOpening = 0.2;
-    return prism.opening(std::min(height, 0.0), std::max(height, 0.0)) >= kLeastOpening;
+    return prism.opening(reach.low, reach.high) >= kLeastOpening;
 }
 
-bool ElevationGuide::allows(const RayPrism& prism, std::uint32_t vertex, const Vector3d& barycentric) const
+bool ElevationGuide::faces(const RayPrism& prism, std::uint32_t vertex, const Vector3d& barycentric, Reach& reach) const
 {
     const Vector3d ray = prism.rayAt(barycentric);
-    const double length = ray.norm();
-    const double least = _leastCosine * length;
-    if (!(length > 0.0) || std::any_of(_around.begin() + _first[vertex], _around.begin() + _first[vertex + 1],
-                                       [&](std::uint32_t t) { return _normals[t].dot(ray) < least; })) {
-        return false;
+    const double square = ray.squaredNorm();
+    if (!(square > 0.0)) { return false; }
+    const double least = _leastCosine * std::sqrt(square);
+    for (std::uint32_t i = _first[vertex]; i < _first[vertex + 1]; ++i) {
+        if (_normals[_around[i]].dot(ray) < least) { return false; }
     }
-    return isOpen(prism, ray.dot(_source.positions[vertex] - prism.pointAt(barycentric)) / (length * length));
+    const double height = ray.dot(_source.positions[vertex] - prism.pointAt(barycentric)) / square;
+    reach.low = std::min(reach.low, height);
+    reach.high = std::max(reach.high, height);
+    return true;
 }
 
 void ElevationGuide::tighten(std::uint32_t vertex, double weight)

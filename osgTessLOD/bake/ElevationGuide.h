@@ -19,11 +19,17 @@ public:
     /// Keeps a reference to `source`. Cosines of angles between rays and the normals of triangles are to be `leastCosine`.
     ElevationGuide(const SourceMesh& source, double leastCosine);
 
-    /// Does the triangle face its own rays, clearly, so far up?
-    static bool isOpen(const RayPrism& prism, double height);
-    /// Do all source triangles around a source vertex that a triangle has at `barycentric` face the ray from there, and does the
-    /// triangle so far up?
-    bool allows(const RayPrism& prism, std::uint32_t vertex, const Eigen::Vector3d& barycentric) const;
+    /// Heights that a triangle's rays reach up and down to.
+    struct Reach {
+        double low = 0.0;
+        double high = 0.0;
+    };
+
+    /// Do rays go apart, clearly, within the reach?
+    static bool isOpen(const RayPrism& prism, const Reach& reach);
+    /// Do all source triangles around a source vertex that the prism's triangle has at `barycentric` face the ray from there?
+    /// Adds its height to the reach.
+    bool faces(const RayPrism& prism, std::uint32_t vertex, const Eigen::Vector3d& barycentric, Reach& reach) const;
 
     /// The most weight, in source triangles, of a face that holds this source vertex; 0: no face around it may go.
     double largestWeight(std::uint32_t vertex) const { return _largestWeight[vertex]; }

@@ -629,11 +629,18 @@ bool Collapser::newFacesKeepElevation(Mesh::HalfedgeHandle h, unsigned ringSize)
     std::vector<RayPrism> prisms;
     for (unsigned j = 0; j + 2 < ringSize; ++j) {
         prisms.push_back(prismAfter({ring[0], ring[j + 1], ring[j + 2]}));
-        if (!_guide->isOpen(prisms.back(), 0.0)) { return false; }
+        if (!ElevationGuide::isOpen(prisms.back(), {})) { return false; }
     }
-    return std::all_of(_carried.begin(), _carried.end(), [&](const CarriedPoint& point) {
-        return _guide->allows(prisms[point.to.face], point.vertex, point.to.barycentric);
-    });
+    std::vector<ElevationGuide::Reach> reaches(prisms.size());
+    for (const CarriedPoint& point : _carried) {
+        if (!_guide->faces(prisms[point.to.face], point.vertex, point.to.barycentric, reaches[point.to.face])) {
+            return false;
+        }
+    }
+    for (std::size_t j = 0; j < prisms.size(); ++j) {
+        if (!ElevationGuide::isOpen(prisms[j], reaches[j])) { return false; }
+    }
+    return true;
 }
 
 /// Whether all faces that the collapse makes, or changes the normals of, still face what they carry. Faces of the source's own
@@ -661,10 +668,12 @@ bool Collapser::keepsElevation(Mesh::HalfedgeHandle h, unsigned ringSize)
             std::rotate(corners.begin(), corners.begin() + 1, corners.end());
         }
         const RayPrism prism = prismAfter(corners);
-        if (!_guide->isOpen(prism, 0.0)) { return false; }
+        ElevationGuide::Reach reach;
+        if (!ElevationGuide::isOpen(prism, reach)) { return false; }
         for (std::uint32_t s = _firstPoint[at(f)]; s != kNone; s = _nextPoint[s]) {
-            if (!_guide->allows(prism, s, _pointInFace[s])) { return false; }
+            if (!_guide->faces(prism, s, _pointInFace[s], reach)) { return false; }
         }
+        if (!ElevationGuide::isOpen(prism, reach)) { return false; }
     }
     return true;
 }
@@ -672,9 +681,11 @@ bool Collapser::keepsElevation(Mesh::HalfedgeHandle h, unsigned ringSize)
 /// The next best collapse of the vertex comes in its place.
 void Collapser::refuse(Mesh::HalfedgeHandle h)
 {
+    constexpr std::size_t kMostTried = 3;
     const auto v = _mesh.from_vertex_handle(h);
-    _refused[static_cast<std::uint32_t>(v.idx())].push_back(_mesh.to_vertex_handle(h).idx());
-    queueVertex(v);
+    std::vector<int>& refused = _refused[static_cast<std::uint32_t>(v.idx())];
+    refused.push_back(_mesh.to_vertex_handle(h).idx());
+    if (refused.size() < kMostTried) { queueVertex(v); }
 }
 
 void Collapser::collapseAll(Progress& progress)
@@ -704,7 +715,8 @@ void Collapser::run(Progress& progress)
     progress.begin("collapse", _faces > _target ? (_faces - _target) / 2 : 0, "vertices");
     initializeQueue();
     collapseAll(progress);
-    for (int loosened = 1; _faces > 3 * _target && loosened <= 3; ++loosened) {
+    // What is left over for elevation's sake is not for these limits.
+    for (int loosened = 1; _guide == nullptr && _faces > 3 * _target && loosened <= 3; ++loosened) {
         _limits.needle *= 0.5;
         _limits.turn = loosened == 1 ? 0.0 : -1.0;
         if (loosened == 3) { dropCreases(); }
