@@ -299,11 +299,19 @@ double largestChartError(const LodAsset& asset)
     return static_cast<double>(largest);
 }
 
-/// Charts and levels of a surface.
-PatchedSurface levelsOf(MappedSource mapped, const BakeOptions& options, Progress& progress, BakeReport& report)
+/// The options with no larger a factor than the surface has use for; shows the map to who wants to see it.
+BakeOptions adaptedTo(const MappedSource& mapped, const BakeOptions& options)
 {
     BakeOptions adapted = options;
     if (options.ladder.empty()) { adapted.maxFactor = std::min(options.maxFactor, mapped.finestFactor); }
+    if (options.useMap) { options.useMap(*mapped.map, adapted.maxFactor); }
+    return adapted;
+}
+
+/// Charts and levels of a surface.
+PatchedSurface levelsOf(MappedSource mapped, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    const BakeOptions adapted = adaptedTo(mapped, options);
     const std::vector<std::uint16_t> ladder = ladderOf(adapted);
     PatchedSurface surface;
     surface.map = std::move(mapped.map);
@@ -323,6 +331,12 @@ PatchedSurface levelsOf(MappedSource mapped, const BakeOptions& options, Progres
     return surface;
 }
 
+tbb::global_control limitThreads(const BakeOptions& options)
+{
+    return {tbb::global_control::max_allowed_parallelism,
+            options.threads != 0 ? options.threads : static_cast<std::size_t>(tbb::info::default_concurrency())};
+}
+
 /// Errors, lattice, attributes and normals of the surface that `make` makes of the source of this name.
 template <typename MakeSurface>
 LodAsset bakeSurface(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report,
@@ -330,9 +344,7 @@ LodAsset bakeSurface(const std::string& source, const BakeOptions& options, Prog
 {
     checkTolerance(options);
     const auto start = std::chrono::steady_clock::now();
-    const tbb::global_control threads(
-        tbb::global_control::max_allowed_parallelism,
-        options.threads != 0 ? options.threads : static_cast<std::size_t>(tbb::info::default_concurrency()));
+    const tbb::global_control threads = limitThreads(options);
     PatchedSurface surface = make();
     LodAsset asset = timed(report, "errors", [&] {
         return assembleAsset(*surface.map, surface.charts, surface.hierarchy, options.tolerance, progress);
@@ -379,6 +391,18 @@ PatchedSurface makeLevels(const std::string& source, const BakeOptions& options,
 {
     checkLevels(options);
     return levelsOf(mapSource(source, options, progress, report), options, progress, report);
+}
+
+void makeMap(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    const tbb::global_control threads = limitThreads(options);
+    checkLevels(options);
+    const MappedSource mapped = mapSource(source, options, progress, report);
+    adaptedTo(mapped, options);
+    report.source = source;
+    report.patches = mapped.map->topology().patches.size();
+    report.sourceTriangles = mapped.map->sourceTriangles();
+    report.diagonal = mapped.map->frame().scale;
 }
 
 LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)

@@ -15,6 +15,7 @@
 #include <osgTessLOD/bake/StripSimplifier.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -49,6 +50,8 @@ struct BakeOptions {
     std::vector<std::uint16_t> ladder;
     bool normals = true;
     bool uvs = true;                        ///< bake a mesh's texture coordinates, whose seams become borders of patches
+    /// Called with the map and the factor of its finest level once both are known, before levels are made; may throw. Empty: nothing is.
+    std::function<void(const PatchMap& map, unsigned finestFactor)> useMap;
     unsigned threads = 0;                   ///< 0: all processors; the result does not depend on it
 };
 
@@ -93,6 +96,9 @@ struct PatchedSurface {
 /// The first part of bakeSource: all but errors, lattice and normals. Adds to the report what it did.
 OSGTESSLOD_EXPORT PatchedSurface makeLevels(const std::string& source, const BakeOptions& options, Progress& progress,
                                             BakeReport& report);
+
+/// The first part of makeLevels, which useMap is all there is to: the source as a map.
+OSGTESSLOD_EXPORT void makeMap(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report);
 
 /// Bakes `source`: a mesh file's path, or "builtin:NAME". Throws AssetError for bad input, Interrupted as `progress` asks.
 OSGTESSLOD_EXPORT LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress,
