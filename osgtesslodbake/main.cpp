@@ -77,9 +77,9 @@ void declareWrittenDisplacement(CLI::App& app, Arguments& arguments)
     auto* written = app.add_option("--write-displacement", arguments.writeDisplacement,
                                    "write the displacement of the patches' triangles, a scalar with --elevation and else a vector, as "
                                    "an image (.exr, .png, .tif), and the triangles beside it as .obj; -o may be left out");
-    app.add_option("--sampling", arguments.sampling, "of a displacement map to write: where rays meet the surface, or means around there")
+    app.add_option("--sampling", arguments.sampling, "of a displacement map to write: where rays meet the surface, means around there, or the least mean square error")
         ->transform(CLI::CheckedTransformer(std::map<std::string, Sampling>{
-            {"intersection", Sampling::Intersection}, {"interpolation", Sampling::Interpolation}}))
+            {"intersection", Sampling::Intersection}, {"interpolation", Sampling::Interpolation}, {"fit", Sampling::Fit}}))
         ->needs(written);
 }
 
@@ -179,7 +179,7 @@ void bakeToFile(Arguments& arguments)
     bake::BakeReport report;
     std::optional<bake::DisplacementFiles> displacement;
     if (!arguments.writeDisplacement.empty()) {
-        bake::checkDisplacementPath(arguments.writeDisplacement);
+        bake::checkDisplacementPath(arguments.writeDisplacement, arguments.source);
         arguments.bake.useMap = [&](const bake::PatchMap& map, unsigned finestFactor) {
             displacement = bake::makeDisplacementFiles(map, arguments.writeDisplacement, finestFactor, arguments.sampling, progress);
         };

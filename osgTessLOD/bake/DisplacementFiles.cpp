@@ -183,6 +183,11 @@ std::string meshText(const PatchMap& map, const Atlas& atlas, const std::vector<
     return text;
 }
 
+std::string meshPathOf(const std::string& imagePath)
+{
+    return std::filesystem::path(imagePath).replace_extension(".obj").string();
+}
+
 bool isFloat(const std::string& imagePath)
 {
     return std::filesystem::path(imagePath).extension() == ".exr";
@@ -190,18 +195,21 @@ bool isFloat(const std::string& imagePath)
 
 } // namespace
 
-void checkDisplacementPath(const std::string& imagePath)
+void checkDisplacementPath(const std::string& imagePath, const std::string& source)
 {
     const std::string extension = std::filesystem::path(imagePath).extension().string();
     if (extension != ".exr" && extension != ".png" && extension != ".tif" && extension != ".tiff") {
         throw AssetError(imagePath + ": a displacement map is written as .exr, .png or .tif");
+    }
+    std::error_code ignored; // of files that are not there
+    if (std::filesystem::equivalent(meshPathOf(imagePath), source, ignored)) {
+        throw AssetError(imagePath + ": its base mesh would replace the source " + source);
     }
 }
 
 DisplacementFiles makeDisplacementFiles(const PatchMap& map, const std::string& imagePath, unsigned steps,
                                         DisplacementSampling sampling, Progress& progress)
 {
-    checkDisplacementPath(imagePath);
     const bool isScalar = dynamic_cast<const ElevationMap*>(&map) != nullptr;
     const Atlas atlas = layOut(map, steps);
     const std::vector<Vector3d> vertices = baseVertices(map);
@@ -211,7 +219,7 @@ DisplacementFiles makeDisplacementFiles(const PatchMap& map, const std::string& 
     ImageData image = paint(atlas, samples, isScalar ? 1 : 3);
     DisplacementFiles files;
     files.imagePath = imagePath;
-    files.meshPath = std::filesystem::path(imagePath).replace_extension(".obj").string();
+    files.meshPath = meshPathOf(imagePath);
     files.width = atlas.width;
     files.height = atlas.height;
     files.options.kind = isScalar ? DisplacementOptions::Kind::Scalar : DisplacementOptions::Kind::ObjectVector;

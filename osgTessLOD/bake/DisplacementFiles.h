@@ -36,11 +36,11 @@ struct DisplacementFiles {
 };
 
 /// Throws AssetError for a path of which no image can be made: .exr (floating-point numbers, source units), .png, .tif and .tiff
-/// (16 bits, scaled to the range of the displacements) can.
-OSGTESSLOD_EXPORT void checkDisplacementPath(const std::string& imagePath);
+/// (16 bits, scaled to the range of the displacements) can. Throws, too, where the base mesh beside it would replace `source`.
+OSGTESSLOD_EXPORT void checkDisplacementPath(const std::string& imagePath, const std::string& source);
 
 /// The displacement of the flat triangles of `map`: scalar if it is an ElevationMap, else a vector in object space.
-/// Throws AssetError for a path as above, for patches that a mesh file cannot hold (two with the same corners, one without area) and
+/// Throws AssetError for patches that a mesh file cannot hold (two with the same corners, one without area) and
 /// more pixels than an image may have.
 OSGTESSLOD_EXPORT DisplacementFiles makeDisplacementFiles(const PatchMap& map, const std::string& imagePath, unsigned steps,
                                                           DisplacementSampling sampling, Progress& progress);

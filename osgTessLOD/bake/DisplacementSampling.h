@@ -16,10 +16,12 @@ namespace osgTessLOD::bake {
 enum class DisplacementSampling {
     /// Where the point's ray meets the surface.
     Intersection,
-    /// The mean around there, weighted by the hat function that is 1 at the point and 0 at its neighbours in the lattice. Straight pieces
-    /// between samples of a curve lie all on one side of it; between these means they lie on both. The paper averages the centres of the triangles in the
-    /// cells of a grid over the neighbourhood; here each cell has a ray, so that none is empty.
-    Interpolation
+    /// The mean around there, weighted by the hat function that is 1 at the point and 0 at its neighbours in the lattice: detail finer than
+    /// the lattice evens out instead of being hit or missed, but what bulges lies inside. The paper averages the centres of the triangles
+    /// in the cells of a grid over the neighbourhood; here each cell has a ray, so that none is empty.
+    Interpolation,
+    /// The values whose own means, of the triangles between them, are those of Interpolation: the least mean square error along the rays.
+    Fit
 };
 
 /// The regular lattice over a triangle: point (i, j), i + j ≤ steps, has the weights (steps − i − j, i, j) / steps.
