@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/Export.h>
+
 #include <Eigen/Core>
 #include <array>
 #include <optional>
@@ -18,7 +20,7 @@ struct PrismPoint {
 /// A triangle with normals at its corners, and the rays from its points along the linear interpolation of these: the surface
 /// point of a ray is pointAt(b) + height · rayAt(b). Side k joins corners k and k + 1 (mod 3); the rays of a side make up a ruled surface, which
 /// depends on the side's two corners alone, so two triangles that share them meet there.
-struct RayPrism {
+struct OSGTESSLOD_EXPORT RayPrism {
     std::array<Eigen::Vector3d, 3> positions;
     std::array<Eigen::Vector3d, 3> normals;
 

@@ -5,6 +5,7 @@
 #include <osgTessLOD/bake/ElevationMap.h>
 #include <osgTessLOD/bake/SourceSurface.h>
 #include <osgTessLOD/bake/VertexNormals.h>
+#include <support/RayHits.h>
 
 #include <gtest/gtest.h>
 
@@ -55,29 +56,6 @@ protected:
     }
 };
 
-/// How many of the patch's source triangles a ray meets, by exact enough arithmetic: within `tolerance` of an edge it may count for
-/// any of the two, and then the answer is 1.
-std::size_t hitsOf(const ElevationMap& map, std::uint32_t patch, const Vector3d& b)
-{
-    constexpr double kTolerance = 1e-9;
-    const RayPrism& prism = map.prism(patch);
-    std::size_t hits = 0;
-    bool nearEdge = false;
-    for (const std::uint32_t t : map.trianglesOf(patch)) {
-        // Both faces count: a triangle that turns away would be a second hit.
-        const auto& corners = map.source().triangles[t];
-        const Vector3d start = prism.pointAt(b);
-        const Vector3d ray = prism.rayAt(b);
-        std::array<Vector3d, 3> at;
-        for (std::size_t k = 0; k < 3; ++k) { at[k] = map.source().positions[corners[k]] - start; }
-        const Vector3d volumes(ray.dot(at[1].cross(at[2])), ray.dot(at[2].cross(at[0])), ray.dot(at[0].cross(at[1])));
-        const Vector3d weights = volumes / volumes.sum();
-        hits += weights.minCoeff() >= 0.0 ? 1 : 0;
-        nearEdge = nearEdge || std::fabs(weights.minCoeff()) < kTolerance;
-    }
-    return nearEdge ? 1 : hits;
-}
-
 TEST_P(ElevationMapOf, EveryRayMeetsThePatchOnce)
 {
     Progress progress;
@@ -94,7 +72,7 @@ TEST_P(ElevationMapOf, EveryRayMeetsThePatchOnce)
             const RayPrism& prism = map.prism(p);
             const bool isOwn = map.trianglesOf(p).size() == 1 && (point.position - prism.pointAt(b)).norm() < 1e-15;
             if (isOwn) { continue; } // a triangle of the source: there is no ray
-            EXPECT_EQ(hitsOf(map, p, b), 1U) << "patch " << p << " at " << b.transpose();
+            EXPECT_EQ(rayHits(map, p, map.trianglesOf(p), b), 1U) << "patch " << p << " at " << b.transpose();
             // On the ray, to rounding.
             EXPECT_LT((point.position - prism.pointAt(b)).cross(prism.rayAt(b).normalized()).norm(), 1e-12);
         }
