@@ -14,8 +14,8 @@
 
 namespace osgTessLOD::bake {
 
-/// How many of these source triangles, whichever way they face, the line of a ray of a patch meets. One that passes within rounding of
-/// an edge may meet both of its triangles or neither: these count as one.
+/// How many of these source triangles, whichever way they face, a ray of a patch meets within its reach. One that passes within rounding
+/// of an edge may meet both of its triangles or neither: these count as one.
 inline std::size_t rayHits(const ElevationMap& map, std::uint32_t patch, const std::vector<std::uint32_t>& triangles,
                            const Eigen::Vector3d& barycentric)
 {
@@ -28,7 +28,11 @@ inline std::size_t rayHits(const ElevationMap& map, std::uint32_t patch, const s
         std::array<Eigen::Vector3d, 3> at;
         for (std::size_t k = 0; k < 3; ++k) { at[k] = map.source().positions[map.source().triangles[t][k]] - start; }
         const Eigen::Vector3d volumes(ray.dot(at[1].cross(at[2])), ray.dot(at[2].cross(at[0])), ray.dot(at[0].cross(at[1])));
-        const double least = (volumes / volumes.sum()).minCoeff();
+        const Eigen::Vector3d weights = volumes / volumes.sum();
+        const double height =
+            (weights[0] * at[0] + weights[1] * at[1] + weights[2] * at[2]).dot(ray) / ray.squaredNorm();
+        if (height < map.reach(patch)[0] - kNearEdge || height > map.reach(patch)[1] + kNearEdge) { continue; }
+        const double least = weights.minCoeff();
         if (std::fabs(least) < kNearEdge) {
             ++nearEdge;
         } else if (least > 0.0) {

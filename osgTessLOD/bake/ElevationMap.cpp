@@ -145,6 +145,7 @@ void ElevationMap::adopt(const ElevationBase& base, const ElevationRegions& regi
         patch.prism = base.prisms[p];
         patch.ownTriangle = base.ownTriangle[p];
         if (patch.ownTriangle == kNone) {
+            patch.reach = regions.reach(static_cast<std::uint32_t>(p));
             fillGrid(regions.overlaps()[p], patch);
             return;
         }
@@ -240,6 +241,8 @@ FacePoint ElevationMap::toSource(const FacePoint& patchPoint) const
     const auto offer = [&](std::uint32_t triangle) {
         const Vector3d weights = rayWeights(_source, triangle, start, ray);
         if (weights.minCoeff() > inside) {
+            const double height = (positionAt(_source, {triangle, weights}) - start).dot(ray) / ray.squaredNorm();
+            if (height < patch.reach[0] - kMissed || height > patch.reach[1] + kMissed) { return; }
             inside = weights.minCoeff();
             best = {triangle, weights};
         }

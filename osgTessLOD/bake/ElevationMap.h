@@ -41,6 +41,8 @@ public:
 
     /// The rays of a patch. Those of a patch that is a triangle of the source may not face it, and are met at height 0.
     const RayPrism& prism(std::uint32_t patch) const { return _patches[patch].prism; }
+    /// Heights, in terms of RayPrism, within which the patch is; what rays meet beyond is none of it.
+    const std::array<double, 2>& reach(std::uint32_t patch) const { return _patches[patch].reach; }
     /// The source triangles that rays of the patch meet; those beyond its borders that touch these may be among them.
     std::vector<std::uint32_t> trianglesOf(std::uint32_t patch) const;
     /// The patch point (face = patch) whose ray meets a vertex of the source.
@@ -53,6 +55,7 @@ public:
 private:
     struct Patch {
         RayPrism prism;
+        std::array<double, 2> reach{};
         std::uint32_t ownTriangle;              ///< kNone: several
         std::uint8_t ownCorner = 0;             ///< of that triangle: the patch's corner 0
         unsigned resolution = 1;                ///< of a grid over the weights of corners 1 and 2

@@ -336,8 +336,7 @@ void ElevationRegions::gatherTriangles()
     }
 }
 
-/// Condition 3.
-bool ElevationRegions::isOpen(std::uint32_t patch) const
+std::array<double, 2> ElevationRegions::reach(std::uint32_t patch) const
 {
     constexpr double kFarther = 0.25;
     double low = 0.0;
@@ -347,7 +346,14 @@ bool ElevationRegions::isOpen(std::uint32_t patch) const
         high = std::max(high, overlap.highest);
     }
     const double margin = kFarther * (high - low);
-    return _base.prisms[patch].opening(low - margin, high + margin) >= kLeastOpening;
+    return {low - margin, high + margin};
+}
+
+/// Condition 3.
+bool ElevationRegions::isOpen(std::uint32_t patch) const
+{
+    const auto [low, high] = reach(patch);
+    return _base.prisms[patch].opening(low, high) >= kLeastOpening;
 }
 
 /// Conditions 3 and 4. A ray through an edge may count for both of its triangles or none: then another one is asked.

@@ -35,8 +35,7 @@ struct ElevationBase {
 ///     to show. Else ray · normal is linear in the patch's weights, and so least on the region's outline: on straight pieces along
 ///     the patch's sides, at their ends; on the pieces of the triangle's edges, which are conics, nowhere less if it is not
 ///     at their ends and no ray at which it equals kLeastCosine meets the piece;
-///  3. rays of a patch do not meet each other on the way (RayPrism::opening), as far up and down as it reaches and a quarter of that
-///     farther, as the conics may bend beyond their ends: so the projection has the orientation that 2 says;
+///  3. rays of a patch do not meet each other within its reach (RayPrism::opening), which is a quarter longer than it takes, as the conics may bend beyond their ends: so the projection has the orientation that 2 says;
 ///  4. the ray from the patch's middle meets one triangle: the degree of such a projection is the same everywhere.
 ///
 /// Patches that are triangles of the source themselves need no rays, and pass.
@@ -63,6 +62,8 @@ public:
     /// Where each source vertex lies.
     const std::vector<Location>& vertices() const { return _vertices; }
     const std::vector<std::vector<Overlap>>& overlaps() const { return _overlaps; }
+    /// Heights from 0 that a patch reaches up and down to, and a quarter of that farther.
+    std::array<double, 2> reach(std::uint32_t patch) const;
     /// Per patch: what does not hold there; never of a patch that is a triangle of the source.
     const std::vector<char>& fails() const { return _fails; }
     bool isElevation() const;
