@@ -457,9 +457,11 @@ TEST_F(BakeCommand, WritesDisplacementMapsThatItReads)
     EXPECT_NE(written.output.find("osgtesslodbake out.obj --displacement out.exr --scale 1 --midlevel 0"), std::string::npos);
     EXPECT_FALSE(std::filesystem::exists(path)) << "only what was asked for";
     ASSERT_EQ(run({_folder.file("out.obj"), "-q", "-o", path, "--displacement", map}).code, 0);
-    const auto bounds = nlohmann::json::parse(run({"--info", path}).output)["bounds"];
-    // The working frame's diagonal is 1: a sphere of a box of this side. Vertices of the base are on it, tiles a little inside.
-    EXPECT_NEAR(bounds["max"][2].get<double>() - bounds["min"][2].get<double>(), 1.0 / std::sqrt(3.0), 0.01);
+    const std::string surface = _folder.file("surface.ply");
+    ASSERT_EQ(run({"--export", path, "--factor", "16", "-o", surface}).code, 0);
+    // A sphere in a box of diagonal 1. Vertices between the map's pixels, an eighth of a patch apart, are up to a hundredth inside.
+    const double radius = 0.5 / std::sqrt(3.0);
+    for (const Eigen::Vector3d& p : bake::importMesh(surface).positions) { EXPECT_NEAR(p.norm(), radius, 0.01 * radius); }
 
     // A vector map, beside a bake.
     const std::string png = _folder.file("vector.png");
