@@ -459,9 +459,9 @@ TEST_F(BakeCommand, WritesDisplacementMapsThatItReads)
     ASSERT_EQ(run({_folder.file("out.obj"), "-q", "-o", path, "--displacement", map}).code, 0);
     const std::string surface = _folder.file("surface.ply");
     ASSERT_EQ(run({"--export", path, "--factor", "16", "-o", surface}).code, 0);
-    // A sphere in a box of diagonal 1. Vertices between the map's pixels, an eighth of a patch apart, are up to a hundredth inside.
+    // A sphere in a box of diagonal 1. Vertices between the map's pixels, an eighth of a patch apart, are inside, and so is the source between its own.
     const double radius = 0.5 / std::sqrt(3.0);
-    for (const Eigen::Vector3d& p : bake::importMesh(surface).positions) { EXPECT_NEAR(p.norm(), radius, 0.01 * radius); }
+    for (const Eigen::Vector3d& p : bake::importMesh(surface).positions) { EXPECT_NEAR(p.norm(), radius, 0.015 * radius); }
 
     // A vector map, beside a bake.
     const std::string png = _folder.file("vector.png");
