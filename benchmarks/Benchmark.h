@@ -100,6 +100,11 @@ struct LookBenchmarkOptions {
 /// and compares the pictures.
 BenchmarkResult benchmarkLook(const std::vector<Scene>& scenes, const LookBenchmarkOptions& options);
 
+/// Makes patches of every scene with and without elevations, meets these with `rays` random rays, and compares how far tiles of each of these
+/// factors are from the scene by the ways to sample displacement (Livny et al. 2012, table 5). A ray that meets its patch other
+/// than once fails the scene.
+BenchmarkResult benchmarkDisplacement(const std::vector<Scene>& scenes, const std::vector<unsigned>& factors, std::size_t rays);
+
 /// 0 without values.
 double median(std::vector<double> values);
 double mean(const std::vector<double>& values);

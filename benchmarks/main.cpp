@@ -31,6 +31,7 @@ struct Arguments {
     unsigned maxFactor = 64;
     unsigned views = 160;
     std::size_t points = 100000;
+    std::size_t rays = 1'000'000;
     unsigned runs = 21;
     bool quick = false;
     bool markdown = false;
@@ -86,7 +87,7 @@ void printTables(const std::vector<ResultTable>& tables, bool markdown)
     }
 }
 
-enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory, Scene, Throughput, Terrain, Look };
+enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory, Scene, Throughput, Terrain, Look, Displacement };
 
 BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const Arguments& arguments)
 {
@@ -95,6 +96,7 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
     constexpr unsigned kQuickSceneFactor = 8;
     constexpr unsigned kQuickViews = 32;
     constexpr std::size_t kQuickPoints = 10000;
+    constexpr std::size_t kQuickRays = 20000;
     const unsigned maxFactor = arguments.quick ? std::min(arguments.maxFactor, kQuickFactor) : arguments.maxFactor;
     switch (command) {
     case Command::Bake: return benchmarkBakes(scenes, bakeOptions(arguments));
@@ -115,6 +117,9 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
     case Command::Throughput:
         return arguments.quick ? benchmarkThroughput(scenes, {100'000}, 3)
                                : benchmarkThroughput(scenes, {1'000'000, 4'000'000}, arguments.frames);
+    case Command::Displacement:
+        return arguments.quick ? benchmarkDisplacement(scenes, {4}, kQuickRays)
+                               : benchmarkDisplacement(scenes, {8, 16}, arguments.rays);
     case Command::View: return benchmarkViews(scenes);
     case Command::Select: return benchmarkSelection(scenes, arguments.quick ? 3 : arguments.runs, arguments.quick);
     default: return benchmarkMetric(scenes, arguments.quick ? kQuickDirections : arguments.directions);
@@ -126,7 +131,7 @@ bool takesScansByName(Command command)
 {
     return command == Command::Simplify || command == Command::Levels || command == Command::Ladder ||
            command == Command::Bound || command == Command::Memory || command == Command::Scene ||
-           command == Command::Throughput;
+           command == Command::Throughput || command == Command::Displacement;
 }
 
 bool takesBakedScenes(Command command)
@@ -199,13 +204,17 @@ int main(int argc, char** argv)
     select->add_option("--runs", arguments.runs, "measurements to take the median of")
         ->capture_default_str()
         ->check(CLI::Range(1, 100000));
+    CLI::App* displacement = app.add_subcommand("displacement", "patches as elevations, and distances of sampled displacement");
+    displacement->add_option("--rays", arguments.rays, "random rays that are to meet each scene's patches once")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 100000000));
     CLI::App* memory = app.add_subcommand("memory", "bytes on the GPU and in the file per vertex");
     CLI::App* throughput = app.add_subcommand("throughput", "triangles per second, relative to a static mesh of them");
     CLI::App* terrain = app.add_subcommand("terrain", "height errors of what is drawn, beside grids and meshoptimizer");
     CLI::App* look = app.add_subcommand("look", "pictures of what is drawn, compared with those of all triangles");
     look->add_option("--color-image", arguments.look.colorImage, "image of the surface's colour")->check(CLI::ExistingFile);
     look->add_option("--keep", arguments.look.keepFolder, "keep the pictures in this folder")->check(CLI::ExistingDirectory);
-    for (CLI::App* command : {bound, view, select, memory, scene, throughput, terrain, look}) { declareCommon(*command, arguments); }
+    for (CLI::App* command : {bound, view, select, memory, scene, throughput, terrain, look, displacement}) { declareCommon(*command, arguments); }
     look->get_option("--scene")->required();
     declareCommon(*bake, arguments);
     declareCommon(*levels, arguments);
@@ -252,6 +261,7 @@ int main(int argc, char** argv)
                    : throughput->parsed() ? Command::Throughput
                    : terrain->parsed()    ? Command::Terrain
                    : look->parsed()       ? Command::Look
+                   : displacement->parsed() ? Command::Displacement
                                           : Command::Metric,
                    arguments);
     } catch (const std::exception& error) {

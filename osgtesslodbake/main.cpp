@@ -10,6 +10,7 @@
 #include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/bake/Baker.h>
 #include <osgTessLOD/bake/BuiltinSurface.h>
+#include <osgTessLOD/bake/DisplacementFiles.h>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -19,6 +20,7 @@
 #include <filesystem>
 #include <map>
 #include <new>
+#include <optional>
 #include <stdexcept>
 
 namespace {
@@ -36,6 +38,8 @@ struct Arguments {
     std::string check;
     std::string exported;
     std::string colorImage;
+    std::string writeDisplacement;
+    bake::DisplacementSampling sampling = bake::DisplacementSampling::Intersection;
     unsigned factor = 64;
     double creaseAngleDegrees = bake::ControlMeshOptions().creaseAngleRadians / kDegree;
     std::vector<double> spacing;
@@ -65,6 +69,20 @@ void declareDisplacement(CLI::App& app, Arguments& arguments)
     app.add_option("--smooth", arguments.bake.smoothingSteps, "Catmull-Clark steps of a mesh, before anything else")
         ->capture_default_str()
         ->check(CLI::Range(0, 8));
+}
+
+void declareWrittenDisplacement(CLI::App& app, Arguments& arguments)
+{
+    using Sampling = bake::DisplacementSampling;
+    app.add_flag("--elevation", arguments.bake.controlMesh.elevation,
+                 "make patches of a mesh that are elevations of their triangles, as scalar displacement needs: usually more of them");
+    auto* written = app.add_option("--write-displacement", arguments.writeDisplacement,
+                                   "write the displacement of the patches' triangles, a scalar with --elevation and else a vector, as "
+                                   "an image (.exr, .png, .tif), and the triangles beside it as .obj; -o may be left out");
+    app.add_option("--sampling", arguments.sampling, "of a displacement map to write: where rays meet the surface, means around there, or the least mean square error")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, Sampling>{
+            {"intersection", Sampling::Intersection}, {"interpolation", Sampling::Interpolation}, {"fit", Sampling::Fit}}))
+        ->needs(written);
 }
 
 void declareTerrain(CLI::App& app, Arguments& arguments)
@@ -99,6 +117,7 @@ void declareArguments(CLI::App& app, Arguments& arguments)
         ->capture_default_str()
         ->check(CLI::NonNegativeNumber);
     declareDisplacement(app, arguments);
+    declareWrittenDisplacement(app, arguments);
     declareTerrain(app, arguments);
     app.add_option("--patch-tolerance", arguments.bake.patchTolerance,
                    "bisect patches of a mesh until their finest level is about this near, as a part of the diagonal")
@@ -152,9 +171,18 @@ void printFindings(const bake::BakeReport& report)
     for (const std::string& warning : report.warnings) { fmt::print(stderr, "{}: warning: {}\n", report.source, warning); }
 }
 
+void writeDisplacement(const bake::DisplacementFiles& files, const bake::BakeReport& report)
+{
+    files.write();
+    fmt::print("{}: {} x {} pixels, {}: {} patches; scale {:.17g}, midlevel {:.17g}\n{}\n", files.imagePath, files.width,
+               files.height, files.meshPath, report.patches, files.options.scale, files.options.midlevel, files.command());
+}
+
 void bakeToFile(Arguments& arguments)
 {
-    if (arguments.output.empty()) { throw AssetError("where to write is not said: -o FILE.tlod"); }
+    if (arguments.output.empty() && arguments.writeDisplacement.empty()) {
+        throw AssetError("where to write is not said: -o FILE.tlod");
+    }
     arguments.bake.controlMesh.creaseAngleRadians = arguments.creaseAngleDegrees * kDegree;
     arguments.bake.normals = !arguments.noNormals;
     arguments.bake.heights.scale = arguments.bake.displaced.scale;
@@ -164,16 +192,28 @@ void bakeToFile(Arguments& arguments)
     arguments.bake.uvs = !arguments.noUvs;
     ConsoleProgress progress(arguments.quiet);
     bake::BakeReport report;
-    LodAsset asset = bake::bakeSource(arguments.source, arguments.bake, progress, report);
-    placeImages(arguments, asset);
-    writeTlod(arguments.output, asset);
+    std::optional<bake::DisplacementFiles> displacement;
+    if (!arguments.writeDisplacement.empty()) {
+        bake::checkDisplacementPath(arguments.writeDisplacement, arguments.source);
+        arguments.bake.useMap = [&](const bake::PatchMap& map, unsigned finestFactor) {
+            displacement = bake::makeDisplacementFiles(map, arguments.writeDisplacement, finestFactor, arguments.sampling, progress);
+        };
+    }
+    if (arguments.output.empty()) {
+        bake::makeMap(arguments.source, arguments.bake, progress, report);
+    } else {
+        LodAsset asset = bake::bakeSource(arguments.source, arguments.bake, progress, report);
+        placeImages(arguments, asset);
+        writeTlod(arguments.output, asset);
+    }
+    if (displacement) { writeDisplacement(*displacement, report); }
     if (!arguments.report.empty()) {
         AtomicFile file(arguments.report);
         file.stream() << report.toJson() << "\n";
         file.commit();
     }
-    if (!arguments.quiet) {
-        printFindings(report);
+    if (!arguments.quiet) { printFindings(report); }
+    if (!arguments.quiet && !arguments.output.empty()) {
         const double error = report.stored.largestFinestError;
         fmt::print(stderr,
                    "{}: {} triangles in {} patches, {} at the finest levels, error {:.3g} ({:.4f} % of the diagonal), "

@@ -7,6 +7,7 @@
 #include <osgTessLOD/bake/AttributeLevels.h>
 #include <osgTessLOD/bake/BuiltinSurface.h>
 #include <osgTessLOD/bake/ChartError.h>
+#include <osgTessLOD/bake/ElevationMap.h>
 #include <osgTessLOD/bake/NormalBaker.h>
 #include <osgTessLOD/bake/PatchChart.h>
 #include <osgTessLOD/bake/RefinedPatches.h>
@@ -165,7 +166,7 @@ void checkSeams(const ControlMesh& mesh, const BakeOptions& options, unsigned fa
 /// Of thousands of pieces of a few triangles each, every one has a patch at least, whose finest levels would show nothing but
 /// the same triangles: the largest factor that does not make 32 triangles of one, or some millions of all. Of a scan in one
 /// piece, patches at their finest have 4 to 26 triangles for each of the source's.
-unsigned finestFactorFor(const ControlMesh& mesh)
+unsigned finestFactorFor(const PatchMap& mesh)
 {
     constexpr std::uint64_t kMostPerTriangle = 32;
     constexpr std::uint64_t kFewTriangles = 4'000'000;
@@ -192,6 +193,21 @@ MappedSource makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progre
     const SourceMesh& source = patches->base().source();
     const SourceSamples& samples = patches->sourceSamples();
     return {std::move(patches), &source, &samples, finest};
+}
+
+/// `mesh` is clean.
+MappedSource makeElevations(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    normalizeFrame(mesh);
+    auto elevations = timed(report, "elevations", [&] {
+        return std::make_unique<ElevationMap>(std::move(mesh), options.controlMesh, progress);
+    });
+    report.elevationRounds = elevations->rounds();
+    report.ownTriangles = elevations->ownTriangles();
+    const unsigned finest = options.ladder.empty() ? finestFactorFor(*elevations) : options.maxFactor;
+    const SourceMesh& source = elevations->source();
+    const SourceSamples& samples = elevations->sourceSamples();
+    return {std::move(elevations), &source, &samples, finest};
 }
 
 MappedSource makeSharedUvPatches(SourceMesh mesh, const BakeOptions& options, BakeReport& report)
@@ -226,6 +242,7 @@ MappedSource mapMesh(SourceMesh mesh, const BakeOptions& options, Progress& prog
     clean(mesh, options, progress, report);
     if (!options.uvs && options.displacement.empty()) { mesh.uvs.clear(); }
     if (!options.displacement.empty()) { return makeDisplacedPatches(mesh, options, report); }
+    if (options.controlMesh.elevation) { return makeElevations(std::move(mesh), options, progress, report); }
     return options.base.empty() ? makeMeshPatches(std::move(mesh), options, progress, report)
                                 : makeSharedUvPatches(std::move(mesh), options, report);
 }
@@ -267,6 +284,10 @@ void checkSource(const std::string& source, const BakeOptions& options)
     if (!options.base.empty() && !options.displacement.empty()) {
         throw AssetError("with a displacement map the source itself is the base mesh");
     }
+    if (options.controlMesh.elevation &&
+        (isBuiltin(source) || isHeightFile(source) || !options.base.empty() || !options.displacement.empty())) {
+        throw AssetError(source + ": elevations are made of meshes without a base mesh or displacement map");
+    }
 }
 
 MappedSource mapSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
@@ -297,11 +318,19 @@ double largestChartError(const LodAsset& asset)
     return static_cast<double>(largest);
 }
 
-/// Charts and levels of a surface.
-PatchedSurface levelsOf(MappedSource mapped, const BakeOptions& options, Progress& progress, BakeReport& report)
+/// The options with no larger a factor than the surface has use for; shows the map to who wants to see it.
+BakeOptions adaptedTo(const MappedSource& mapped, const BakeOptions& options)
 {
     BakeOptions adapted = options;
     if (options.ladder.empty()) { adapted.maxFactor = std::min(options.maxFactor, mapped.finestFactor); }
+    if (options.useMap) { options.useMap(*mapped.map, adapted.maxFactor); }
+    return adapted;
+}
+
+/// Charts and levels of a surface.
+PatchedSurface levelsOf(MappedSource mapped, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    const BakeOptions adapted = adaptedTo(mapped, options);
     const std::vector<std::uint16_t> ladder = ladderOf(adapted);
     PatchedSurface surface;
     surface.map = std::move(mapped.map);
@@ -321,6 +350,12 @@ PatchedSurface levelsOf(MappedSource mapped, const BakeOptions& options, Progres
     return surface;
 }
 
+tbb::global_control limitThreads(const BakeOptions& options)
+{
+    return {tbb::global_control::max_allowed_parallelism,
+            options.threads != 0 ? options.threads : static_cast<std::size_t>(tbb::info::default_concurrency())};
+}
+
 /// Errors, lattice, attributes and normals of the surface that `make` makes of the source of this name.
 template <typename MakeSurface>
 LodAsset bakeSurface(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report,
@@ -328,9 +363,7 @@ LodAsset bakeSurface(const std::string& source, const BakeOptions& options, Prog
 {
     checkTolerance(options);
     const auto start = std::chrono::steady_clock::now();
-    const tbb::global_control threads(
-        tbb::global_control::max_allowed_parallelism,
-        options.threads != 0 ? options.threads : static_cast<std::size_t>(tbb::info::default_concurrency()));
+    const tbb::global_control threads = limitThreads(options);
     PatchedSurface surface = make();
     LodAsset asset = timed(report, "errors", [&] {
         return assembleAsset(*surface.map, surface.charts, surface.hierarchy, options.tolerance, progress);
@@ -381,6 +414,18 @@ PatchedSurface makeLevels(const std::string& source, const BakeOptions& options,
     return levelsOf(mapSource(source, options, progress, report), options, progress, report);
 }
 
+void makeMap(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    const tbb::global_control threads = limitThreads(options);
+    checkLevels(options);
+    const MappedSource mapped = mapSource(source, options, progress, report);
+    adaptedTo(mapped, options);
+    report.source = source;
+    report.patches = mapped.map->topology().patches.size();
+    report.sourceTriangles = mapped.map->sourceTriangles();
+    report.diagonal = mapped.map->frame().scale;
+}
+
 LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
     return bakeSurface(source, options, progress, report,
@@ -418,6 +463,7 @@ std::string BakeReport::toJson() const
     }
     if (!repairs.empty()) { json["repairs"] = repairs; }
     if (!warnings.empty()) { json["warnings"] = warnings; }
+    if (elevationRounds > 0) { json["elevation"] = {{"rounds", elevationRounds}, {"own_triangles", ownTriangles}}; }
     if (voids + filledVoids > 0) { json["voids"] = {{"filled", filledVoids}, {"left_open", voids}}; }
     if (largestChartError > 0.0) { json["largest_chart_error"] = largestChartError; }
     for (const AssetSummary::Level& level : stored.levels) {

@@ -15,6 +15,7 @@
 #include <osgTessLOD/bake/StripSimplifier.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -53,6 +54,8 @@ struct BakeOptions {
     /// which is also the most.
     unsigned normalResolution = 0;
     bool uvs = true;                        ///< bake a mesh's texture coordinates, whose seams become borders of patches
+    /// Called with the map and the factor of its finest level once both are known, before levels are made; may throw. Empty: nothing is.
+    std::function<void(const PatchMap& map, unsigned finestFactor)> useMap;
     unsigned threads = 0;                   ///< 0: all processors; the result does not depend on it
 };
 
@@ -73,6 +76,8 @@ struct BakeReport {
     std::vector<std::string> warnings;      ///< SourceMesh::warnings
     std::uint64_t filledVoids = 0;          ///< samples of a height field without data, filled
     std::uint64_t voids = 0;                ///< and those left open
+    unsigned elevationRounds = 0;           ///< ElevationMap::rounds(); 0: patches need not be elevations
+    std::uint64_t ownTriangles = 0;         ///< of patches that are elevations, those that are triangles of the source
     std::uint64_t patches = 0;
     double diagonal = 0.0;                  ///< of the source's bounding box, source units
     double largestChartError = 0.0;         ///< source units; 0 where the charts are the reference
@@ -97,6 +102,9 @@ struct PatchedSurface {
 /// The first part of bakeSource: all but errors, lattice and normals. Adds to the report what it did.
 OSGTESSLOD_EXPORT PatchedSurface makeLevels(const std::string& source, const BakeOptions& options, Progress& progress,
                                             BakeReport& report);
+
+/// The first part of makeLevels, which useMap is all there is to: the source as a map.
+OSGTESSLOD_EXPORT void makeMap(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report);
 
 /// Bakes `source`: a mesh file's path, or "builtin:NAME". Throws AssetError for bad input, Interrupted as `progress` asks.
 OSGTESSLOD_EXPORT LodAsset bakeSource(const std::string& source, const BakeOptions& options, Progress& progress,

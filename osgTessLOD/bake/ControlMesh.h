@@ -28,6 +28,8 @@ struct ControlMeshOptions {
     /// Chains of crease edges shorter than this, in units of the model's size, are noise and no creases.
     double shortestCrease = 0.02;
     unsigned maxValence = 12;
+    /// Make patches that are elevations of their triangles (ElevationMap): usually more than asked for.
+    bool elevation = false;
 };
 
 /// The patches of an arbitrary source mesh: what is left after half-edge collapses in the order of quadric error

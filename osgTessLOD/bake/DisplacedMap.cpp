@@ -2,6 +2,7 @@
 #include <osgTessLOD/bake/DisplacedMap.h>
 
 #include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/bake/VertexNormals.h>
 
 #include <Eigen/Geometry>
 
@@ -92,19 +93,12 @@ DisplacedMap::DisplacedMap(const SourceMesh& base, DisplacementImage image, cons
 
 void DisplacedMap::addNormals(const SourceMesh& base)
 {
-    std::vector<Vector3d> sums(base.positions.size(), Vector3d::Zero());
-    const auto faceNormal = [](const Patch& patch) {
-        const auto& p = patch.positions;
-        return normalizedOr((p[1] - p[0]).cross(p[2] - p[0]), Vector3d::Zero());
-    };
+    const std::vector<Vector3d> normals = vertexNormals(base.positions, base.triangles);
     for (std::size_t t = 0; t < _patches.size(); ++t) {
+        const auto& p = _patches[t].positions;
+        const Vector3d ofFace = normalizedOr((p[1] - p[0]).cross(p[2] - p[0]), Vector3d::Zero());
         for (std::size_t k = 0; k < 3; ++k) {
-            sums[base.triangles[t][k]] += angleAt(_patches[t].positions, k) * faceNormal(_patches[t]);
-        }
-    }
-    for (std::size_t t = 0; t < _patches.size(); ++t) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            _patches[t].normals[k] = normalizedOr(sums[base.triangles[t][k]], faceNormal(_patches[t]));
+            _patches[t].normals[k] = normalizedOr(normals[base.triangles[t][k]], ofFace);
         }
     }
 }

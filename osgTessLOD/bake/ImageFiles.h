@@ -27,7 +27,7 @@ struct Georeference {
     bool inDegrees = false;                  ///< longitude and latitude
 };
 
-/// What reads image files: a module of its own, loaded when the first one is to be read. It brings the libraries of all
+/// What reads and makes image files: a module of its own, loaded when the first one is to be read. It brings the libraries of all
 /// image formats along, which bakes of meshes do without.
 class ImageFiles {
 public:
@@ -36,6 +36,9 @@ public:
     /// Throws AssetError naming the file and the fault: unreadable, not of two dimensions, fewer channels than asked for, more
     /// than 2^32 numbers.
     virtual ImageData read(const std::string& path, unsigned channels) const = 0;
+    /// The bytes of a file of this image, of the format that the path's extension tells; nothing is written there. Floating-point numbers
+    /// of 32 bits if image.largestInteger is 0, else 16 bits for 0 … 1. Throws AssetError naming the path and the fault.
+    virtual std::string encode(const std::string& path, const ImageData& image) const = 0;
     /// Of a TIFF file; the default where it has none.
     virtual Georeference georeference(const std::string& path) const = 0;
 };

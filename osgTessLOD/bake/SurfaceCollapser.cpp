@@ -3,6 +3,7 @@
 #include <osgTessLOD/bake/SurfaceCollapser.h>
 
 #include <osgTessLOD/bake/StarFlattening.h>
+#include <osgTessLOD/bake/VertexNormals.h>
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 
@@ -15,6 +16,7 @@
 #include <limits>
 #include <numeric>
 #include <queue>
+#include <unordered_map>
 
 namespace osgTessLOD::bake {
 
@@ -64,7 +66,8 @@ struct Limits {
 
 class Collapser {
 public:
-    Collapser(const SourceMesh& source, const ControlMeshOptions& options, std::size_t target, CollapseHistory& history);
+    Collapser(const SourceMesh& source, const ControlMeshOptions& options, std::size_t target, CollapseHistory& history,
+              const ElevationGuide* guide);
 
     void run(Progress& progress);
     std::vector<RemainingFace> remainingFaces() const;
@@ -112,6 +115,16 @@ private:
                     std::array<Mesh::FaceHandle, CollapseHistory::kMaxRing>& faces) const;
     std::vector<FeatureEdge> featuresAfter(Mesh::HalfedgeHandle h) const;
     bool collapse(Mesh::HalfedgeHandle h);
+    using Corners = std::array<Mesh::VertexHandle, 3>;
+    Corners cornersOf(Mesh::FaceHandle f) const;
+    Vector3d normalAfter(Mesh::VertexHandle x, Mesh::VertexHandle v, Mesh::VertexHandle w) const;
+    const Vector3d& changedNormal(Mesh::VertexHandle x) const;
+    RayPrism prismAfter(const Corners& corners) const;
+    bool mayWeigh(const std::array<Mesh::FaceHandle, CollapseHistory::kMaxRing>& faces,
+                  const std::array<double, CollapseHistory::kMaxRing>& newWeights) const;
+    bool newFacesKeepElevation(Mesh::HalfedgeHandle h, unsigned ringSize);
+    bool keepsElevation(Mesh::HalfedgeHandle h, unsigned ringSize);
+    void refuse(Mesh::HalfedgeHandle h);
     void collapseAll(Progress& progress);
 
     const SourceMesh& _source;
@@ -136,14 +149,21 @@ private:
     std::vector<std::uint32_t> _firstVertex;    // per face: its history corner 0
     std::vector<std::uint32_t> _version;        // per vertex: of its queue entry
     std::priority_queue<Entry> _queue;
+    const ElevationGuide* _guide;               // null: none, and the rest is unused
+    std::vector<Vector3d> _normals;             // per vertex: of the mesh as it is
+    /// Vertices around the collapse being tried, by number, and their normals after it.
+    std::vector<std::pair<int, Vector3d>> _changed;
+    /// Per vertex: those that it must not collapse into while its neighbourhood is as it is.
+    std::unordered_map<std::uint32_t, std::vector<int>> _refused;
 };
 
 Collapser::Collapser(const SourceMesh& source, const ControlMeshOptions& options, std::size_t target,
-                     CollapseHistory& history)
+                     CollapseHistory& history, const ElevationGuide* guide)
     : _source(source)
     , _options(options)
     , _target(target)
     , _history(history)
+    , _guide(guide)
 {
     buildMesh();
     markFeatures();
@@ -154,6 +174,7 @@ Collapser::Collapser(const SourceMesh& source, const ControlMeshOptions& options
     _target = std::max(target, facesHeldBySeams());
     placePoints(area);
     _limits.largestWeight = options.largestShare * _patchWeight;
+    if (_guide != nullptr) { _normals = vertexNormals(source.positions, source.triangles); }
 }
 
 /// Every source vertex starts in one of its faces, and weighs one half by itself and one half by the area around it.
@@ -343,6 +364,7 @@ bool Collapser::isAllowed(Mesh::HalfedgeHandle h, unsigned features) const
     const auto v = _mesh.from_vertex_handle(h);
     const auto w = _mesh.to_vertex_handle(h);
     if (features != 0 && (features != 2 || !isFeature(_mesh.edge_handle(h)))) { return false; }
+    if (_guide != nullptr && _mesh.is_boundary(v)) { return false; }
     const unsigned valence = _mesh.valence(v);
     if (valence < 3 || valence > CollapseHistory::kMaxRing - 1) { return false; }
     // A tetrahedron is the least that closes; OpenMesh would let it become two triangles back to back.
@@ -399,8 +421,13 @@ void Collapser::queueVertex(Mesh::VertexHandle v)
     const unsigned features = featureCount(v);
     Entry best{std::numeric_limits<double>::infinity(), static_cast<std::uint32_t>(v.idx()), version,
                Mesh::HalfedgeHandle()};
+    const auto refused = _refused.find(best.vertex);
     for (auto h = _mesh.cvoh_ccwiter(v); h.is_valid(); ++h) {
         if (!isAllowed(*h, features)) { continue; }
+        if (refused != _refused.end() && std::count(refused->second.begin(), refused->second.end(),
+                                                    _mesh.to_vertex_handle(*h).idx()) != 0) {
+            continue;
+        }
         const double c = cost(*h);
         if (c < best.cost || (c == best.cost && best.halfedge.is_valid() && h->idx() < best.halfedge.idx())) {
             best.cost = c;
@@ -413,6 +440,7 @@ void Collapser::queueVertex(Mesh::VertexHandle v)
 void Collapser::initializeQueue()
 {
     _queue = {};
+    _refused.clear();
     for (const auto v : _mesh.vertices()) {
         if (!_mesh.status(v).deleted() && !_mesh.is_isolated(v)) { queueVertex(v); }
     }
@@ -503,6 +531,7 @@ bool Collapser::collapse(Mesh::HalfedgeHandle h)
         }
     }
     if (*std::max_element(newWeights.begin(), newWeights.begin() + n - 2) > _limits.largestWeight) { return false; }
+    if (_guide != nullptr && !(mayWeigh(faces, newWeights) && keepsElevation(h, n))) { return false; }
     const std::uint32_t first = _history.add(step);
     _mesh.collapse(h);
     _quadrics[at(w)] += _quadrics[at(v)];
@@ -524,10 +553,152 @@ bool Collapser::collapse(Mesh::HalfedgeHandle h)
         head = point.vertex;
     }
     _faces -= star.gap == CollapseHistory::Step::kNoGap ? 2 : 1;
+    if (_guide != nullptr) {
+        for (const auto& [x, normal] : _changed) {
+            _normals[static_cast<std::size_t>(x)] = normal;
+            _refused.erase(static_cast<std::uint32_t>(x));
+        }
+    }
 
     queueVertex(w);
     for (auto x = _mesh.cvv_iter(w); x.is_valid(); ++x) { queueVertex(*x); }
     return true;
+}
+
+Collapser::Corners Collapser::cornersOf(Mesh::FaceHandle f) const
+{
+    const auto h = _mesh.halfedge_handle(f);
+    return {_mesh.from_vertex_handle(h), _mesh.to_vertex_handle(h),
+            _mesh.to_vertex_handle(_mesh.next_halfedge_handle(h))};
+}
+
+/// Unit, or zero, of vertex x once v has collapsed into w: of the faces around x, and around v if x is w, without the two that go.
+Vector3d Collapser::normalAfter(Mesh::VertexHandle x, Mesh::VertexHandle v, Mesh::VertexHandle w) const
+{
+    Vector3d sum = Vector3d::Zero();
+    const auto addFaces = [&](Mesh::VertexHandle around) {
+        for (auto f = _mesh.cvf_iter(around); f.is_valid(); ++f) {
+            const Corners corners = cornersOf(*f);
+            const auto has = [&](Mesh::VertexHandle y) { return std::count(corners.begin(), corners.end(), y) != 0; };
+            if (has(v) && has(w)) { continue; }
+            std::array<Vector3d, 3> p;
+            std::size_t own = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                p[k] = position(corners[k] == v ? w : corners[k]);
+                if (corners[k] == around) { own = k; }
+            }
+            sum += angleWeightedNormal(p[own], p[(own + 1) % 3], p[(own + 2) % 3]);
+        }
+    };
+    addFaces(x);
+    if (x == w) { addFaces(v); }
+    const double length = sum.norm();
+    return length > 0.0 ? Vector3d(sum / length) : sum;
+}
+
+/// Of a vertex, after the collapse being tried.
+const Vector3d& Collapser::changedNormal(Mesh::VertexHandle x) const
+{
+    for (const auto& [vertex, normal] : _changed) {
+        if (vertex == x.idx()) { return normal; }
+    }
+    return _normals[at(x)];
+}
+
+RayPrism Collapser::prismAfter(const Corners& corners) const
+{
+    RayPrism prism;
+    for (std::size_t k = 0; k < 3; ++k) {
+        prism.positions[k] = position(corners[k]);
+        prism.normals[k] = changedNormal(corners[k]);
+    }
+    return prism;
+}
+
+/// Of the collapse being tried, whose new face j comes in the place of faces[j + 1].
+bool Collapser::mayWeigh(const std::array<Mesh::FaceHandle, CollapseHistory::kMaxRing>& faces,
+                         const std::array<double, CollapseHistory::kMaxRing>& newWeights) const
+{
+    for (const CarriedPoint& point : _carried) {
+        if (newWeights[point.to.face] > _guide->largestWeight(point.vertex)) { return false; }
+    }
+    for (const auto f : faces) {
+        if (!f.is_valid()) { break; } // a vertex on a boundary does not collapse: the ring's faces come first
+        for (const auto x : cornersOf(f)) {
+            if (_guide->largestWeight(static_cast<std::uint32_t>(x.idx())) == 0.0) { return false; }
+        }
+    }
+    return true;
+}
+
+bool Collapser::newFacesKeepElevation(Mesh::HalfedgeHandle h, unsigned ringSize)
+{
+    std::vector<Mesh::VertexHandle> ring;
+    auto out = h;
+    for (unsigned i = 0; i < ringSize; ++i) {
+        ring.push_back(_mesh.to_vertex_handle(out));
+        out = _mesh.ccw_rotated_halfedge_handle(out);
+    }
+    std::vector<RayPrism> prisms;
+    for (unsigned j = 0; j + 2 < ringSize; ++j) {
+        prisms.push_back(prismAfter({ring[0], ring[j + 1], ring[j + 2]}));
+        if (!ElevationGuide::isOpen(prisms.back(), {})) { return false; }
+    }
+    std::vector<ElevationGuide::Reach> reaches(prisms.size());
+    for (const CarriedPoint& point : _carried) {
+        if (!_guide->faces(prisms[point.to.face], point.vertex, point.to.barycentric, reaches[point.to.face])) {
+            return false;
+        }
+    }
+    for (std::size_t j = 0; j < prisms.size(); ++j) {
+        if (!ElevationGuide::isOpen(prisms[j], reaches[j])) { return false; }
+    }
+    return true;
+}
+
+/// Whether all faces that the collapse makes, or changes the normals of, still face what they carry. Faces of the source's own
+/// carry nothing but themselves, whatever their normals.
+bool Collapser::keepsElevation(Mesh::HalfedgeHandle h, unsigned ringSize)
+{
+    const auto v = _mesh.from_vertex_handle(h);
+    const auto w = _mesh.to_vertex_handle(h);
+    _changed.clear();
+    for (auto x = _mesh.cvv_iter(v); x.is_valid(); ++x) { _changed.emplace_back(x->idx(), normalAfter(*x, v, w)); }
+    if (!newFacesKeepElevation(h, ringSize)) { return false; }
+    std::vector<Mesh::FaceHandle> around;
+    for (const auto& changed : _changed) {
+        for (auto f = _mesh.cvf_iter(Mesh::VertexHandle(changed.first)); f.is_valid(); ++f) {
+            const Corners corners = cornersOf(*f);
+            const bool goes = std::count(corners.begin(), corners.end(), v) != 0;
+            if (!goes && _number[at(*f)] >= _history.sourceFaces()) { around.push_back(*f); }
+        }
+    }
+    std::sort(around.begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    for (const auto f : around) {
+        Corners corners = cornersOf(f);
+        while (corners[0].idx() != static_cast<int>(_firstVertex[at(f)])) {
+            std::rotate(corners.begin(), corners.begin() + 1, corners.end());
+        }
+        const RayPrism prism = prismAfter(corners);
+        ElevationGuide::Reach reach;
+        if (!ElevationGuide::isOpen(prism, reach)) { return false; }
+        for (std::uint32_t s = _firstPoint[at(f)]; s != kNone; s = _nextPoint[s]) {
+            if (!_guide->faces(prism, s, _pointInFace[s], reach)) { return false; }
+        }
+        if (!ElevationGuide::isOpen(prism, reach)) { return false; }
+    }
+    return true;
+}
+
+/// The next best collapse of the vertex comes in its place.
+void Collapser::refuse(Mesh::HalfedgeHandle h)
+{
+    constexpr std::size_t kMostTried = 3;
+    const auto v = _mesh.from_vertex_handle(h);
+    std::vector<int>& refused = _refused[static_cast<std::uint32_t>(v.idx())];
+    refused.push_back(_mesh.to_vertex_handle(h).idx());
+    if (refused.size() < kMostTried) { queueVertex(v); }
 }
 
 void Collapser::collapseAll(Progress& progress)
@@ -543,7 +714,11 @@ void Collapser::collapseAll(Progress& progress)
         if (!isAllowed(entry.halfedge, featureCount(v)) || !(cost(entry.halfedge) < std::numeric_limits<double>::infinity())) {
             continue;
         }
-        if (collapse(entry.halfedge) && ++done % kReportEvery == 0) { progress.step(kReportEvery); }
+        if (!collapse(entry.halfedge)) {
+            if (_guide != nullptr) { refuse(entry.halfedge); }
+        } else if (++done % kReportEvery == 0) {
+            progress.step(kReportEvery);
+        }
     }
     progress.step(done % kReportEvery);
 }
@@ -553,7 +728,8 @@ void Collapser::run(Progress& progress)
     progress.begin("collapse", _faces > _target ? (_faces - _target) / 2 : 0, "vertices");
     initializeQueue();
     collapseAll(progress);
-    for (int loosened = 1; _faces > 3 * _target && loosened <= 3; ++loosened) {
+    // What is left over for elevation's sake is not for these limits.
+    for (int loosened = 1; _guide == nullptr && _faces > 3 * _target && loosened <= 3; ++loosened) {
         _limits.needle *= 0.5;
         _limits.turn = loosened == 1 ? 0.0 : -1.0;
         if (loosened == 3) { dropCreases(); }
@@ -587,11 +763,12 @@ std::vector<RemainingFace> Collapser::remainingFaces() const
 } // namespace
 
 std::vector<RemainingFace> collapseSurface(const SourceMesh& source, const ControlMeshOptions& options,
-                                           CollapseHistory& history, Progress& progress)
+                                           CollapseHistory& history, Progress& progress,
+                                           const ElevationGuide* guide)
 {
     const auto bySize = static_cast<std::size_t>(static_cast<double>(source.triangles.size()) / options.trianglesPerPatch);
     const std::size_t target = std::max<std::size_t>(1, options.patches != 0 ? options.patches : bySize);
-    Collapser collapser(source, options, target, history);
+    Collapser collapser(source, options, target, history, guide);
     collapser.run(progress);
     return collapser.remainingFaces();
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The module that reads image files: pixels by OpenImageIO, the georeference of GeoTIFF by libgeotiff.
+// The module that reads and makes image files: pixels by OpenImageIO, the georeference of GeoTIFF by libgeotiff.
 #include <osgTessLOD/Export.h>
 #include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/bake/ImageFiles.h>
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <geotiff/geotiff.h>
 #include <geotiff/geovalues.h>
@@ -98,6 +99,26 @@ public:
             throw fault(path, input->geterror());
         }
         return image;
+    }
+
+    std::string encode(const std::string& path, const ImageData& image) const override
+    {
+        const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(path);
+        if (!output) { throw fault(path, OIIO::geterror()); }
+        if (output->supports("ioproxy") == 0) { throw fault(path, "is no format that can be made in memory"); }
+        OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),
+                             static_cast<int>(image.channels),
+                             image.largestInteger == 0.0 ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT16);
+        spec.attribute("compression", "zip");
+        if (output->format_name() != std::string("png")) {
+            spec.attribute("DateTime", "1970:01:01 00:00:00"); // else it is now, and bytes differ
+        }
+        OIIO::Filesystem::IOVecOutput memory;
+        if (!output->set_ioproxy(&memory) || !output->open(path, spec) ||
+            !output->write_image(OIIO::TypeDesc::FLOAT, image.pixels.data()) || !output->close()) {
+            throw fault(path, output->geterror());
+        }
+        return {memory.buffer().begin(), memory.buffer().end()};
     }
 
     Georeference georeference(const std::string& path) const override

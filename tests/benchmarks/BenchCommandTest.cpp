@@ -265,5 +265,20 @@ TEST_F(BenchCommand, NamesWhatItCannotMeasure)
     EXPECT_EQ(run("levels --scene nowhere").status, 1);
 }
 
+TEST_F(BenchCommand, DisplacementMeetsEveryPatchOnceAndFitsBest)
+{
+    const Json report = this->report("displacement --quick --scene '" + torus() + "'");
+    ASSERT_EQ(report["rows"].size(), 1U);
+    const Json& row = report["rows"][0];
+    EXPECT_EQ(row["strayRays"], 0);
+    EXPECT_EQ(row["sourceTriangles"], 1280);
+    for (const char* technique : {"intersection", "interpolation", "fit"}) {
+        EXPECT_GE(row[technique]["largestPercent"], row[technique]["meanPercent"]);
+        EXPECT_GE(row[technique]["meanSquarePercent2"].get<double>(), 0.0);
+    }
+    EXPECT_LE(row["fit"]["meanSquarePercent2"], row["intersection"]["meanSquarePercent2"]);
+    EXPECT_EQ(report["summary"]["intersection_mean_square_over_intersection"], 1.0);
+}
+
 } // namespace
 } // namespace osgTessLOD

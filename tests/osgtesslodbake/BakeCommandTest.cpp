@@ -16,7 +16,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <map>
@@ -501,6 +503,35 @@ TEST_F(BakeCommand, BakesDisplacedMeshesAndTerrain)
 
     expectRefused({square, "-o", path, "-q", "--displacement", _folder.file("none.png")}, "none.png");
     expectRefused({tile, "-o", path, "-q", "--smooth", "1"}, "only meshes");
+}
+
+TEST_F(BakeCommand, WritesDisplacementMapsThatItReads)
+{
+    const std::string mesh = _folder.file("sphere.off");
+    writeOff(mesh, bake::sphere(4));
+    const std::string map = _folder.file("out.exr");
+    const std::string path = _folder.file("x.tlod");
+    const Outcome written = run({mesh, "-q", "--elevation", "--patches", "24", "--max-factor", "8", "--write-displacement", map});
+    ASSERT_EQ(written.code, 0) << written.errors;
+    EXPECT_NE(written.output.find("osgtesslodbake out.obj --displacement out.exr --scale 1 --midlevel 0"), std::string::npos);
+    EXPECT_FALSE(std::filesystem::exists(path)) << "only what was asked for";
+    ASSERT_EQ(run({_folder.file("out.obj"), "-q", "-o", path, "--displacement", map}).code, 0);
+    const std::string surface = _folder.file("surface.ply");
+    ASSERT_EQ(run({"--export", path, "--factor", "16", "-o", surface}).code, 0);
+    // A sphere in a box of diagonal 1. Vertices between the map's pixels, an eighth of a patch apart, are inside, and so is the source between its own.
+    const double radius = 0.5 / std::sqrt(3.0);
+    for (const Eigen::Vector3d& p : bake::importMesh(surface).positions) { EXPECT_NEAR(p.norm(), radius, 0.015 * radius); }
+
+    // A vector map, beside a bake.
+    const std::string png = _folder.file("vector.png");
+    const Outcome both = run({mesh, "-q", "-o", path, "--max-factor", "4", "--write-displacement", png, "--sampling", "fit"});
+    ASSERT_EQ(both.code, 0) << both.errors;
+    EXPECT_NE(both.output.find("--vector object"), std::string::npos);
+    EXPECT_EQ(run({"--check", path}).code, 0);
+
+    expectRefused({mesh, "-q", "--write-displacement", _folder.file("out.jpg")}, "out.jpg");
+    expectRefused({_folder.file("out.obj"), "-q", "--write-displacement", map}, "would replace the source");
+    expectRefused({"builtin:asteroid", "-q", "-o", path, "--elevation"}, "elevations are made of meshes");
 }
 
 } // namespace
