@@ -143,12 +143,11 @@ std::vector<Json> measure(const Scene& scene, const std::vector<unsigned>& facto
     bake::SourceMesh mesh = sourceMesh(scene);
     bake::Progress progress;
     std::size_t plainPatches = 0;
-    const double plainSeconds = secondsOf([&] {
-        plainPatches = bake::ControlMesh(mesh, {}, progress).topology().patches.size();
-    });
+    const double plainSeconds =
+        secondsOf([&] { plainPatches = bake::ControlMesh(mesh, {}, progress).topology().patches.size(); });
     std::unique_ptr<bake::ElevationMap> map;
-    const double seconds =
-        secondsOf([&] { map = std::make_unique<bake::ElevationMap>(std::move(mesh), bake::ControlMeshOptions(), progress); });
+    const double seconds = secondsOf(
+        [&] { map = std::make_unique<bake::ElevationMap>(std::move(mesh), bake::ControlMeshOptions(), progress); });
     const std::size_t stray = strayRays(*map, rays);
     std::vector<Json> rows;
     for (const unsigned factor : factors) {
@@ -179,7 +178,9 @@ void addRows(const Json& row, bool isFirst, std::vector<ResultTable>& tables)
         for (const char* key : {"sourceTriangles", "plainPatches", "patches", "ownTriangles", "rounds", "strayRays"}) {
             cells.push_back(grouped(row[key].get<std::uint64_t>()));
         }
-        for (const char* key : {"plainSeconds", "seconds"}) { cells.push_back(fmt::format("{:.1f}", row[key].get<double>())); }
+        for (const char* key : {"plainSeconds", "seconds"}) {
+            cells.push_back(fmt::format("{:.1f}", row[key].get<double>()));
+        }
         tables[0].rows.push_back(std::move(cells));
     }
     std::vector<std::string> cells{row["scene"].get<std::string>(), std::to_string(row["factor"].get<unsigned>())};
@@ -202,7 +203,8 @@ Json summaryOf(const Json& rows)
         std::vector<double> ratios;
         for (const Json& row : rows) {
             const double reference = row["intersection"]["meanSquarePercent2"].get<double>();
-            ratios.push_back(reference > 0.0 ? row[technique.name]["meanSquarePercent2"].get<double>() / reference : 1.0);
+            ratios.push_back(reference > 0.0 ? row[technique.name]["meanSquarePercent2"].get<double>() / reference
+                                             : 1.0);
         }
         summary[std::string(technique.name) + "_mean_square_over_intersection"] = mean(ratios);
     }
@@ -211,14 +213,16 @@ Json summaryOf(const Json& rows)
 
 } // namespace
 
-BenchmarkResult benchmarkDisplacement(const std::vector<Scene>& scenes, const std::vector<unsigned>& factors, std::size_t rays)
+BenchmarkResult benchmarkDisplacement(const std::vector<Scene>& scenes, const std::vector<unsigned>& factors,
+                                      std::size_t rays)
 {
     BenchmarkResult result;
     result.tables.resize(2);
-    result.tables[0].headers = {"scene",         "source triangles", "patches", "as elevations", "of these source triangles", "rounds",
-                                "rays ≠ 1 hit", "seconds",          "as elevations"};
-    result.tables[1].headers = {"scene", "factor", "largest: intersection", "interpolation", "fit", "mean: intersection",
-                                "interpolation", "fit", "mean square: intersection", "interpolation", "fit"};
+    result.tables[0].headers = {"scene",  "source triangles", "patches", "as elevations", "of these source triangles",
+                                "rounds", "rays ≠ 1 hit",     "seconds", "as elevations"};
+    result.tables[1].headers = {
+        "scene",         "factor", "largest: intersection",     "interpolation", "fit", "mean: intersection",
+        "interpolation", "fit",    "mean square: intersection", "interpolation", "fit"};
     for (const Scene& scene : scenes) {
         fmt::print(stderr, "{}: elevations\n", scene.name);
         try {

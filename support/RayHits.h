@@ -27,7 +27,8 @@ inline std::size_t rayHits(const ElevationMap& map, std::uint32_t patch, const s
     for (const std::uint32_t t : triangles) {
         std::array<Eigen::Vector3d, 3> at;
         for (std::size_t k = 0; k < 3; ++k) { at[k] = map.source().positions[map.source().triangles[t][k]] - start; }
-        const Eigen::Vector3d volumes(ray.dot(at[1].cross(at[2])), ray.dot(at[2].cross(at[0])), ray.dot(at[0].cross(at[1])));
+        const Eigen::Vector3d volumes(ray.dot(at[1].cross(at[2])), ray.dot(at[2].cross(at[0])),
+                                      ray.dot(at[0].cross(at[1])));
         const Eigen::Vector3d weights = volumes / volumes.sum();
         const double height =
             (weights[0] * at[0] + weights[1] * at[1] + weights[2] * at[2]).dot(ray) / ray.squaredNorm();

@@ -30,8 +30,8 @@ constexpr double kLargest16 = 65535.0;
 /// Where the triangles of patches lie in the image: pairs in squares, row by row.
 struct Atlas {
     TriangleLattice lattice;
-    std::uint32_t square = 0;   ///< pixels along a side
-    std::uint32_t width = 0;    ///< both are powers of two: the middles of pixels are exact as texture coordinates
+    std::uint32_t square = 0; ///< pixels along a side
+    std::uint32_t width = 0;  ///< both are powers of two: the middles of pixels are exact as texture coordinates
     std::uint32_t height = 0;
 
     /// Column and row of the lattice's point (i, j), or of one in the gutter.
@@ -75,9 +75,10 @@ Atlas layOut(const PatchMap& map, unsigned steps)
         atlas.height = height;
     }
     if (atlas.width == 0) {
-        throw AssetError(fmt::format("{}: {} patches of {} steps do not fit into an image of {} pixels squared: a smaller "
-                                     "largest factor, or fewer patches, will",
-                                     map.name(), map.topology().patches.size(), steps, kLargestSide));
+        throw AssetError(
+            fmt::format("{}: {} patches of {} steps do not fit into an image of {} pixels squared: a smaller "
+                        "largest factor, or fewer patches, will",
+                        map.name(), map.topology().patches.size(), steps, kLargestSide));
     }
     return atlas;
 }
@@ -110,7 +111,8 @@ ImageData paint(const Atlas& atlas, const std::vector<std::vector<Vector3d>>& sa
                 const Vector3d value = valueAt(atlas.lattice, samples[p], i, j);
                 const auto at = atlas.pixel(p, i, j);
                 for (unsigned c = 0; c < channels; ++c) {
-                    image.pixels[(std::size_t{at[1]} * atlas.width + at[0]) * channels + c] = static_cast<float>(value[c]);
+                    image.pixels[(std::size_t{at[1]} * atlas.width + at[0]) * channels + c] =
+                        static_cast<float>(value[c]);
                 }
             }
         }
@@ -157,9 +159,10 @@ void checkBase(const PatchMap& map, const std::vector<Vector3d>& vertices)
     mesh.triangles = map.topology().patches;
     const CleaningReport report = cleanMesh(mesh);
     if (report.degenerateFaces + report.duplicateFaces > 0) {
-        throw AssetError(fmt::format("{}: {} patches have no area and {} the corners of another, which no base mesh can have: more "
-                                     "patches (--patches) may help",
-                                     map.name(), report.degenerateFaces, report.duplicateFaces));
+        throw AssetError(
+            fmt::format("{}: {} patches have no area and {} the corners of another, which no base mesh can have: more "
+                        "patches (--patches) may help",
+                        map.name(), report.degenerateFaces, report.duplicateFaces));
     }
 }
 
@@ -177,8 +180,8 @@ std::string meshText(const PatchMap& map, const Atlas& atlas, const std::vector<
     }
     for (std::size_t p = 0; p < map.topology().patches.size(); ++p) {
         const auto& corners = map.topology().patches[p];
-        fmt::format_to(out, "f {}/{} {}/{} {}/{}\n", corners[0] + 1, 3 * p + 1, corners[1] + 1, 3 * p + 2, corners[2] + 1,
-                       3 * p + 3);
+        fmt::format_to(out, "f {}/{} {}/{} {}/{}\n", corners[0] + 1, 3 * p + 1, corners[1] + 1, 3 * p + 2,
+                       corners[2] + 1, 3 * p + 3);
     }
     return text;
 }

@@ -25,7 +25,7 @@ struct DisplacementFiles {
     std::string imageBytes;
     std::string meshPath;
     std::string meshText;
-    DisplacementOptions options;    ///< what the image's numbers mean
+    DisplacementOptions options; ///< what the image's numbers mean
     std::uint32_t width = 0;
     std::uint32_t height = 0;
 
@@ -42,7 +42,8 @@ OSGTESSLOD_EXPORT void checkDisplacementPath(const std::string& imagePath, const
 /// The displacement of the flat triangles of `map`: scalar if it is an ElevationMap, else a vector in object space.
 /// Throws AssetError for patches that a mesh file cannot hold (two with the same corners, one without area) and
 /// more pixels than an image may have.
-OSGTESSLOD_EXPORT DisplacementFiles makeDisplacementFiles(const PatchMap& map, const std::string& imagePath, unsigned steps,
-                                                          DisplacementSampling sampling, Progress& progress);
+OSGTESSLOD_EXPORT DisplacementFiles makeDisplacementFiles(const PatchMap& map, const std::string& imagePath,
+                                                          unsigned steps, DisplacementSampling sampling,
+                                                          Progress& progress);
 
 } // namespace osgTessLOD::bake

@@ -77,8 +77,8 @@ std::vector<Tap> tapsAlong(unsigned side)
     std::vector<Tap> taps;
     for (unsigned c = 0; c < 2 * kCells; ++c) {
         const double step = (c + 0.5) / kCells - 1.0;
-        taps.push_back({step * (static_cast<double>(last[0]) - first[0]), step * (static_cast<double>(last[1]) - first[1]),
-                        1.0 - std::fabs(step)});
+        taps.push_back({step * (static_cast<double>(last[0]) - first[0]),
+                        step * (static_cast<double>(last[1]) - first[1]), 1.0 - std::fabs(step)});
     }
     return taps;
 }

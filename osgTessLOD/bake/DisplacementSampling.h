@@ -43,9 +43,8 @@ OSGTESSLOD_EXPORT Displacement displacementOf(const PatchMap& map, bool scalar);
 
 /// Every patch's displacement at the points of its lattice. Corners are 0: they are on the surface. Points on a border are sampled
 /// along the border alone and once, so both sides have the same bits. Parallel, deterministic.
-OSGTESSLOD_EXPORT std::vector<std::vector<Eigen::Vector3d>> sampleDisplacement(const PatchTopology& topology,
-                                                                               const Displacement& displacement,
-                                                                               const TriangleLattice& lattice,
-                                                                               DisplacementSampling sampling, Progress& progress);
+OSGTESSLOD_EXPORT std::vector<std::vector<Eigen::Vector3d>>
+sampleDisplacement(const PatchTopology& topology, const Displacement& displacement, const TriangleLattice& lattice,
+                   DisplacementSampling sampling, Progress& progress);
 
 } // namespace osgTessLOD::bake

@@ -39,10 +39,10 @@ public:
 private:
     const SourceMesh& _source;
     double _leastCosine;
-    std::vector<Eigen::Vector3d> _normals;      ///< of the source's triangles, unit; zero without an area
-    std::vector<std::uint32_t> _first;          ///< per source vertex: into _around
-    std::vector<std::uint32_t> _around;         ///< source triangles
-    std::vector<double> _largestWeight;         ///< per source vertex
+    std::vector<Eigen::Vector3d> _normals; ///< of the source's triangles, unit; zero without an area
+    std::vector<std::uint32_t> _first;     ///< per source vertex: into _around
+    std::vector<std::uint32_t> _around;    ///< source triangles
+    std::vector<double> _largestWeight;    ///< per source vertex
 };
 
 } // namespace osgTessLOD::bake

@@ -213,8 +213,8 @@ void ElevationMap::locateSamples(const ElevationRegions& regions)
 
 std::size_t ElevationMap::ownTriangles() const
 {
-    return static_cast<std::size_t>(std::count_if(_patches.begin(), _patches.end(),
-                                                  [](const Patch& patch) { return patch.ownTriangle != kNone; }));
+    return static_cast<std::size_t>(
+        std::count_if(_patches.begin(), _patches.end(), [](const Patch& patch) { return patch.ownTriangle != kNone; }));
 }
 
 std::vector<std::uint32_t> ElevationMap::trianglesOf(std::uint32_t patch) const

@@ -68,9 +68,9 @@ private:
     void locateSamples(const ElevationRegions& regions);
 
     SourceMesh _source;
-    std::vector<std::array<Eigen::Vector3f, 3>> _cornerNormals;  ///< per source triangle
+    std::vector<std::array<Eigen::Vector3f, 3>> _cornerNormals; ///< per source triangle
     std::vector<Patch> _patches;
-    std::vector<FacePoint> _vertices;   ///< per source vertex: where it is (face = patch)
+    std::vector<FacePoint> _vertices; ///< per source vertex: where it is (face = patch)
     SourceSamples _samples;
     unsigned _rounds = 0;
 };

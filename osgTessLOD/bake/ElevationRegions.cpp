@@ -298,7 +298,9 @@ void ElevationRegions::gather(std::uint32_t triangle, std::vector<std::pair<std:
                               std::vector<std::uint32_t>& failed) const
 {
     for (const std::uint32_t e : _sourceTopology.patchEdges[triangle]) {
-        if (_isWalked[e] == 0) { failAround(triangle, _base.guesses[_sourceTopology.edges[e].vertices[0]].face, failed); }
+        if (_isWalked[e] == 0) {
+            failAround(triangle, _base.guesses[_sourceTopology.edges[e].vertices[0]].face, failed);
+        }
         for (const Piece& piece : _pieces[e]) {
             const auto same = std::find_if(overlaps.begin(), overlaps.end(),
                                            [&](const auto& o) { return o.first == piece.first.patch; });
@@ -371,7 +373,9 @@ void ElevationRegions::countHits()
             });
         };
         if (!isOpen(static_cast<std::uint32_t>(p))) { _fails[p] = 1; }
-        if (std::none_of(middles.begin(), middles.end(), [&](const Vector3d& b) { return hits(b) == 1; })) { _fails[p] = 1; }
+        if (std::none_of(middles.begin(), middles.end(), [&](const Vector3d& b) { return hits(b) == 1; })) {
+            _fails[p] = 1;
+        }
     });
 }
 

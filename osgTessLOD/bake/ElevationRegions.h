@@ -19,10 +19,10 @@ struct ElevationBase {
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
     PatchTopology topology;
-    std::vector<RayPrism> prisms;              ///< per patch
-    std::vector<std::uint32_t> vertices;       ///< source vertex of each base vertex
-    std::vector<std::uint32_t> ownTriangle;    ///< per patch: the source triangle that it is; kNone: several
-    std::vector<FacePoint> guesses;            ///< per source vertex: about where it is (face = patch)
+    std::vector<RayPrism> prisms;           ///< per patch
+    std::vector<std::uint32_t> vertices;    ///< source vertex of each base vertex
+    std::vector<std::uint32_t> ownTriangle; ///< per patch: the source triangle that it is; kNone: several
+    std::vector<FacePoint> guesses;         ///< per source vertex: about where it is (face = patch)
 };
 
 /// Which patches of a control mesh the triangles of its source lie over along the rays, and whether the source is an
@@ -100,11 +100,11 @@ private:
     const ElevationBase& _base;
     PatchTopology _sourceTopology;
     std::vector<std::vector<std::pair<std::uint32_t, unsigned>>> _patchesAround; ///< per base vertex: patch, corner
-    std::vector<std::uint32_t> _baseOf;     ///< per source vertex: base vertex, or kNone
-    std::vector<char> _isOwn;               ///< per source triangle: it is a patch
+    std::vector<std::uint32_t> _baseOf; ///< per source vertex: base vertex, or kNone
+    std::vector<char> _isOwn;           ///< per source triangle: it is a patch
     std::vector<Location> _vertices;
-    std::vector<Pieces> _pieces;            ///< per source edge
-    std::vector<char> _isWalked;            ///< per source edge: condition 1 holds
+    std::vector<Pieces> _pieces; ///< per source edge
+    std::vector<char> _isWalked; ///< per source edge: condition 1 holds
     std::vector<std::vector<Overlap>> _overlaps;
     std::vector<char> _fails;
 };

@@ -25,7 +25,9 @@ std::vector<double> realRoots(const Vector3d& c, double noise)
 {
     const double scale = c.cwiseAbs().maxCoeff();
     if (!(scale > noise)) { return {}; }
-    if (std::fabs(c[2]) < 1e-14 * scale) { return c[1] != 0.0 ? std::vector<double>{-c[0] / c[1]} : std::vector<double>{}; }
+    if (std::fabs(c[2]) < 1e-14 * scale) {
+        return c[1] != 0.0 ? std::vector<double>{-c[0] / c[1]} : std::vector<double>{};
+    }
     const double discriminant = c[1] * c[1] - 4.0 * c[0] * c[2];
     if (discriminant < 0.0) { return {}; }
     const double q = -0.5 * (c[1] + std::copysign(std::sqrt(discriminant), c[1]));
@@ -107,7 +109,8 @@ std::optional<PrismPoint> RayPrism::locate(const Vector3d& point, const PrismPoi
         const Vector3d residual = point - at(found);
         const double distance = residual.norm();
         // As near as rounding lets it come: halving no more.
-        if (distance <= kClose * (1.0 + point.norm()) || (step > 3 && distance < 1e-9 * size && distance > 0.5 * last)) {
+        if (distance <= kClose * (1.0 + point.norm()) ||
+            (step > 3 && distance < 1e-9 * size && distance > 0.5 * last)) {
             return found;
         }
         last = distance;
@@ -132,8 +135,7 @@ void RayPrism::crossings(unsigned side, const Vector3d& origin, const Vector3d& 
     const Vector3d polynomial(offset.dot(cross0), edge.dot(cross0) + offset.dot(cross1), edge.dot(cross1));
     for (const double share : realRoots(polynomial, kParallel * direction.norm() * edge.norm())) {
         if (!(share >= -kRounding && share <= 1.0 + kRounding)) { continue; }
-        const auto meeting =
-            meetingOf(origin, direction, positions[side] + share * edge, normals[side] + share * turn);
+        const auto meeting = meetingOf(origin, direction, positions[side] + share * edge, normals[side] + share * turn);
         if (meeting) { found.push_back({meeting->along, share, meeting->height}); }
     }
 }

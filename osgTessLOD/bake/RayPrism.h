@@ -26,8 +26,8 @@ struct OSGTESSLOD_EXPORT RayPrism {
 
     /// Where a straight line crosses the rays of a side.
     struct Crossing {
-        double along;  ///< the line: 0 at its origin, 1 at origin + direction
-        double share;  ///< of the side: 0 at corner k
+        double along; ///< the line: 0 at its origin, 1 at origin + direction
+        double share; ///< of the side: 0 at corner k
         double height;
     };
 

@@ -25,8 +25,7 @@ std::vector<Vector3d> vertexNormals(const std::vector<Vector3d>& positions,
     std::vector<Vector3d> normals(positions.size(), Vector3d::Zero());
     for (const auto& t : triangles) {
         for (std::size_t k = 0; k < 3; ++k) {
-            normals[t[k]] +=
-                angleWeightedNormal(positions[t[k]], positions[t[(k + 1) % 3]], positions[t[(k + 2) % 3]]);
+            normals[t[k]] += angleWeightedNormal(positions[t[k]], positions[t[(k + 1) % 3]], positions[t[(k + 2) % 3]]);
         }
     }
     for (Vector3d& normal : normals) {

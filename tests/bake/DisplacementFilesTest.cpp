@@ -63,8 +63,8 @@ std::unique_ptr<PatchMap> elevations(Progress& progress)
 /// With spikes that lean over and fold: no height could make them.
 std::unique_ptr<PatchMap> folds(Progress& progress)
 {
-    return std::make_unique<RefinedPatches>(std::make_unique<ControlMesh>(spikySphere(4), options(24), progress), kSteps,
-                                            1.0, progress);
+    return std::make_unique<RefinedPatches>(std::make_unique<ControlMesh>(spikySphere(4), options(24), progress),
+                                            kSteps, 1.0, progress);
 }
 
 const Case kCases[] = {{"ScalarFloat", "out.exr", elevations, 4.0 * kFloatStep},
@@ -218,9 +218,10 @@ TEST(DisplacementFiles, NothingIsLeftOfWhatCannotBeWritten)
     std::filesystem::create_directory(folder.file("out.obj")); // in the way of the second file
     EXPECT_THROW(files.write(), AssetError);
     EXPECT_FALSE(std::filesystem::exists(folder.file("out.exr")));
-    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(std::filesystem::path(folder.file("out.exr")).parent_path()),
-                            std::filesystem::directory_iterator()),
-              1);
+    EXPECT_EQ(
+        std::distance(std::filesystem::directory_iterator(std::filesystem::path(folder.file("out.exr")).parent_path()),
+                      std::filesystem::directory_iterator()),
+        1);
 }
 
 TEST(DisplacementFiles, RefusesWhatItCannotWriteAndToReplaceTheSource)
@@ -256,7 +257,8 @@ TEST_P(DisplacedBake, FinestLevelIsTheMapEvaluated)
     const std::string imagePath = folder.file("map.exr");
     std::ofstream(imagePath, std::ios::binary) << imageFiles().encode(imagePath, image);
     const std::string basePath = folder.file("base.obj");
-    std::ofstream(basePath) << "v 0 0 1\nv 2 0 1\nv 2 2 1.4\nv 0 2 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
+    std::ofstream(basePath)
+        << "v 0 0 1\nv 2 0 1\nv 2 2 1.4\nv 0 2 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
 
     BakeOptions options;
     options.technique = "uniform";

@@ -114,9 +114,8 @@ TEST_P(ElevationMapOf, BothSidesOfABorderAgree)
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(, ElevationMapOf, testing::ValuesIn(kSurfaces), [](const auto& surface) {
-    return std::string(surface.param.name);
-});
+INSTANTIATE_TEST_SUITE_P(, ElevationMapOf, testing::ValuesIn(kSurfaces),
+                         [](const auto& surface) { return std::string(surface.param.name); });
 
 } // namespace
 } // namespace osgTessLOD::bake
