@@ -93,7 +93,7 @@ HeightError compare(const HeightField& field, const GridMesh& mesh)
     return result;
 }
 
-/// What the run time draws where the error may be `errorObject` everywhere.
+/// What the run time draws where the error may be `errorObject` everywhere; nothing where the finest levels are not enough.
 GridMesh drawnMesh(const HeightField& field, const LodAsset& asset, double errorObject)
 {
     SelectionView view;
@@ -103,8 +103,9 @@ GridMesh drawnMesh(const HeightField& field, const LodAsset& asset, double error
     options.errorPixels = errorObject;
     options.metric = SelectionOptions::Metric::Isotropic;
     const PatchSelector::Result selected = PatchSelector(asset).select(view, options, {});
-    const MorphedSurface surface(asset);
     GridMesh mesh;
+    if (selected.statistics.saturatedPatches > 0) { return mesh; }
+    const MorphedSurface surface(asset);
     for (const PatchRecord& record : selected.records) {
         const TessellationPattern pattern(asset.ladder[MorphedSurface::drawnLevel(record.edgeLevels)]);
         const auto first = static_cast<std::uint32_t>(mesh.positions.size());
@@ -233,6 +234,7 @@ std::vector<Json> measureScene(const Scene& scene)
     for (int i = 0; i < kErrors; ++i, error *= 2.0) {
         const GridMesh drawn = drawnMesh(field, asset, error);
         const std::size_t count = drawn.triangles.size();
+        if (count == 0) { continue; }
         const HeightError ours = compare(field, drawn);
         const std::size_t gridCount = trianglesFor(field, count, source.triangles(), ours.largest, grid);
         const std::size_t simplifiedCount = trianglesFor(field, count, source.triangles(), ours.largest, simplified);
