@@ -327,9 +327,19 @@ BakeOptions adaptedTo(const MappedSource& mapped, const BakeOptions& options)
     return adapted;
 }
 
+/// Refuses what the asset's lattice, which is in single precision, cannot hold.
+void checkSize(const PatchMap& map)
+{
+    constexpr double kLargest = 1e36;
+    const double size = map.frame().scale;
+    if (size <= kLargest && size >= 1.0 / kLargest) { return; }
+    throw AssetError(fmt::format("{}: its size, {:.3g}, is beyond {:.0e} or below {:.0e}", map.name(), size, kLargest, 1.0 / kLargest));
+}
+
 /// Charts and levels of a surface.
 PatchedSurface levelsOf(MappedSource mapped, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
+    checkSize(*mapped.map);
     const BakeOptions adapted = adaptedTo(mapped, options);
     const std::vector<std::uint16_t> ladder = ladderOf(adapted);
     PatchedSurface surface;

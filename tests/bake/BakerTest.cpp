@@ -450,5 +450,24 @@ TEST(BakeReport, IsCompleteJson)
     EXPECT_TRUE(json.contains("cleaning"));
 }
 
+TEST(Baker, RefusesSizesThatSinglePrecisionCannotHold)
+{
+    for (const double scale : {3e38, 1e-37}) {
+        SourceMesh mesh = sphere(2);
+        mesh.name = "ball";
+        for (Eigen::Vector3d& p : mesh.positions) { p *= scale; }
+        Progress progress;
+        BakeReport report;
+        BakeOptions options;
+        options.maxFactor = 2;
+        try {
+            bakeMesh(std::move(mesh), options, progress, report);
+            FAIL() << scale;
+        } catch (const AssetError& error) {
+            EXPECT_EQ(std::string(error.what()).rfind("ball: its size, ", 0), 0U) << error.what();
+        }
+    }
+}
+
 } // namespace
 } // namespace osgTessLOD::bake
