@@ -44,7 +44,7 @@ Json bakeOnce(const Scene& scene, const std::string& technique, const std::strin
 
     json["fileBytes"] = baked.fileBytes;
     json["normalBytes"] = baked.normalBytes;
-    const bake::HausdorffDistance distance = distanceBetween(levelTriangles(baked.asset, options.maxFactor),
+    const bake::HausdorffDistance distance = distanceBetween(levelTriangles(baked.asset, baked.asset.ladder.back()),
                                                              sourceTriangles(scene, options.maxFactor));
     json["levelToSource"] = distance.forward;
     json["sourceToLevel"] = distance.backward;
