@@ -116,6 +116,7 @@ ElevationMap::ElevationMap(SourceMesh source, const ControlMeshOptions& options,
     : _source(std::move(source))
 {
     _source.uvs.clear();
+    _source.triangleMaterials.clear();
     _frame = _source.frame;
     _name = _source.name;
     _attributes = attributesOf(_source);

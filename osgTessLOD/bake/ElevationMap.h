@@ -26,8 +26,8 @@ namespace osgTessLOD::bake {
 /// smaller patches there, down to the source's own triangles, until none fails. Vertices on boundaries stay.
 class OSGTESSLOD_EXPORT ElevationMap : public PatchMap {
 public:
-    /// `source` is an oriented manifold (cleanMesh) in the working frame (normalizeFrame); its texture coordinates do not
-    /// count. There are at least options.patches patches, usually more. Deterministic. Throws Interrupted as `progress` asks.
+    /// `source` is an oriented manifold (cleanMesh) in the working frame (normalizeFrame); its texture coordinates and
+    /// materials do not count. There are at least options.patches patches, usually more. Deterministic. Throws Interrupted as `progress` asks.
     ElevationMap(SourceMesh source, const ControlMeshOptions& options, Progress& progress);
 
     const SourceMesh& source() const { return _source; }
