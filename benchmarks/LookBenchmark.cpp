@@ -83,8 +83,8 @@ private:
 struct Difference {
     std::uint64_t pixels = 0;
     std::uint64_t silhouette = 0; ///< pixels that one of them at least draws on in part
-    double mean = 0.0;          ///< absolute, of all channels, in steps of 255
-    double nearShare = 0.0;     ///< of pixels whose channels all differ by kNear at most
+    double mean = 0.0;            ///< absolute, of all channels, in steps of 255
+    double nearShare = 0.0;       ///< of pixels whose channels all differ by kNear at most
     int largest = 0;
 };
 
@@ -131,7 +131,9 @@ osg::ref_ptr<osg::Geometry> fullGeometry(const Scene& scene, const LodAsset& ass
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         for (std::size_t k = 0; k < 3; ++k) {
             const Eigen::Vector3d& p = mesh.positions[mesh.triangles[t][k]];
-            const auto at = [&](std::size_t axis) { return p[static_cast<Eigen::Index>(axis)] - asset.lattice.origin[axis]; };
+            const auto at = [&](std::size_t axis) {
+                return p[static_cast<Eigen::Index>(axis)] - asset.lattice.origin[axis];
+            };
             vertices->push_back(osg::Vec3(osg::Vec3d(at(0), at(1), at(2))));
             const Eigen::Vector3f& n = normals[t][k];
             directions->push_back(osg::Vec3(n.x(), n.y(), n.z()));
@@ -166,7 +168,8 @@ public:
         state->setAttributeAndModes(new osg::Material);
         state->setMode(GL_NORMALIZE, osg::StateAttribute::ON);
         std::string error;
-        const osg::ref_ptr<osg::GraphicsContext> context = createHeadlessContext(kSamples * kWidth, kSamples * kHeight, error);
+        const osg::ref_ptr<osg::GraphicsContext> context =
+            createHeadlessContext(kSamples * kWidth, kSamples * kHeight, error);
         if (!context) { throw std::runtime_error("no OpenGL without a window: " + error); }
         _viewer.setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
         _viewer.setLightingMode(osg::View::HEADLIGHT);
@@ -188,7 +191,8 @@ public:
         const double radius = double{sphere.radius()};
         osg::Camera& camera = *_viewer.getCamera();
         camera.setProjectionMatrixAsPerspective(30.0, double{kWidth} / kHeight, 0.01 * radius, 2.0 * distance * radius);
-        camera.setViewMatrixAsLookAt(center + osg::Vec3d(0.35, -0.9, 0.25) * (distance * radius), center, osg::Vec3d(0.0, 0.0, 1.0));
+        camera.setViewMatrixAsLookAt(center + osg::Vec3d(0.35, -0.9, 0.25) * (distance * radius), center,
+                                     osg::Vec3d(0.0, 0.0, 1.0));
         _shown->setSingleChildOn(which);
         _viewer.frame();
         return _picture->image();
@@ -203,7 +207,8 @@ private:
         LodAsset asset = bake::bakeSource(scene.source, bake::BakeOptions(), progress, report);
         if (asset.patchMaterials.size() > 1) { throw std::runtime_error("has several materials"); }
         if (!colorImage.empty()) { setColorImage(asset, colorImage); }
-        osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable(std::make_shared<const LodAsset>(std::move(asset)));
+        osg::ref_ptr<TessLODDrawable> drawable =
+            new TessLODDrawable(std::make_shared<const LodAsset>(std::move(asset)));
         addMaterialStates(*drawable, "", nullptr);
         SelectionOptions options;
         options.errorPixels = kSamples;
@@ -217,7 +222,8 @@ private:
     osgViewer::Viewer _viewer;
 };
 
-void keep(const osg::Image& image, const LookBenchmarkOptions& options, const std::string& scene, double distance, const char* which)
+void keep(const osg::Image& image, const LookBenchmarkOptions& options, const std::string& scene, double distance,
+          const char* which)
 {
     if (options.keepFolder.empty()) { return; }
     const std::string path = fmt::format("{}/{}_{:g}_{}.png", options.keepFolder, scene, distance, which);
@@ -240,7 +246,8 @@ std::vector<std::string> tableRow(const Json& row)
 BenchmarkResult benchmarkLook(const std::vector<Scene>& scenes, const LookBenchmarkOptions& options)
 {
     BenchmarkResult result;
-    result.tables.emplace_back().headers = {"scene", "distance", "pixels", "silhouette", "mean difference", "within 8 %", "largest"};
+    result.tables.emplace_back().headers = {"scene",           "distance",   "pixels", "silhouette",
+                                            "mean difference", "within 8 %", "largest"};
     double mean = 0.0;
     double nearShare = 1.0;
     for (const Scene& scene : scenes) {

@@ -47,7 +47,8 @@ void forEachSample(const HeightField& field, const std::array<Vector3d, 3>& corn
     constexpr double kRounding = 1e-6; // of positions in single precision, in samples
     const auto limits = [&](Eigen::Index axis, std::uint32_t count) {
         const auto [low, high] = std::minmax({corners[0][axis], corners[1][axis], corners[2][axis]});
-        return std::pair(std::max(0.0, std::ceil(low - kRounding)), std::min(count - 1.0, std::floor(high + kRounding)));
+        return std::pair(std::max(0.0, std::ceil(low - kRounding)),
+                         std::min(count - 1.0, std::floor(high + kRounding)));
     };
     const Vector2d a = corners[0].head<2>();
     const Vector2d ab = corners[1].head<2>() - a;
@@ -75,7 +76,8 @@ HeightError compare(const HeightField& field, const GridMesh& mesh)
     for (const auto& t : mesh.triangles) {
         forEachSample(field, {mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]},
                       [&](std::uint32_t column, std::uint32_t row, double height) {
-                          const auto error = static_cast<float>(std::fabs(height - static_cast<double>(field.at(column, row))));
+                          const auto error =
+                              static_cast<float>(std::fabs(height - static_cast<double>(field.at(column, row))));
                           float& known = errors[std::size_t{row} * field.columns + column];
                           known = known < 0.0F ? error : std::min(known, error);
                       });
@@ -115,7 +117,9 @@ GridMesh drawnMesh(const HeightField& field, const LodAsset& asset, double error
             mesh.positions.emplace_back((at(0) - field.corner[0]) / field.spacing[0],
                                         (field.corner[1] - at(1)) / field.spacing[1], at(2));
         }
-        for (const auto& t : pattern.triangles()) { mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]}); }
+        for (const auto& t : pattern.triangles()) {
+            mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+        }
     }
     return mesh;
 }
@@ -284,8 +288,17 @@ double meanOver(const Json& rows, const char* triangles)
 BenchmarkResult benchmarkTerrain(const std::vector<Scene>& scenes)
 {
     BenchmarkResult result;
-    result.tables.emplace_back().headers = {"terrain", "error asked", "triangles", "largest", "rms", "grid largest", "rms",
-                                            "meshoptimizer largest", "rms", "grid : ours", "meshoptimizer : ours"};
+    result.tables.emplace_back().headers = {"terrain",
+                                            "error asked",
+                                            "triangles",
+                                            "largest",
+                                            "rms",
+                                            "grid largest",
+                                            "rms",
+                                            "meshoptimizer largest",
+                                            "rms",
+                                            "grid : ours",
+                                            "meshoptimizer : ours"};
     for (const Scene& scene : scenes) {
         try {
             for (const Json& row : measureScene(scene)) {

@@ -35,7 +35,8 @@ std::string freeName(const LodAsset& asset, const fs::path& file)
 {
     std::string name = file.filename().string();
     const auto isTaken = [&] {
-        return std::any_of(asset.images.begin(), asset.images.end(), [&](const LodImage& image) { return image.name == name; });
+        return std::any_of(asset.images.begin(), asset.images.end(),
+                           [&](const LodImage& image) { return image.name == name; });
     };
     for (unsigned number = 2; isTaken(); ++number) {
         name = file.stem().string() + "_" + std::to_string(number) + file.extension().string();

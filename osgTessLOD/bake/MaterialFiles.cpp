@@ -43,7 +43,8 @@ void warnOfMissingImages(const LodMaterial& material, SourceMesh& mesh)
     for (const LodTexture& texture : material.textures) {
         std::error_code failure;
         if (fs::is_regular_file(texture.image, failure)) { continue; }
-        mesh.warnings.push_back(texture.image + ": no such file, which is " + texture.name + " of the material " + material.name);
+        mesh.warnings.push_back(texture.image + ": no such file, which is " + texture.name + " of the material " +
+                                material.name);
     }
 }
 
@@ -59,7 +60,9 @@ std::string readFile(const std::string& path)
     std::ifstream stream(path, std::ios::binary);
     if (error || !stream) { throw AssetError("cannot be opened"); }
     std::string content(static_cast<std::size_t>(bytes), '\0');
-    if (!stream.read(content.data(), static_cast<std::streamsize>(content.size()))) { throw AssetError("cannot be read"); }
+    if (!stream.read(content.data(), static_cast<std::streamsize>(content.size()))) {
+        throw AssetError("cannot be read");
+    }
     return content;
 }
 

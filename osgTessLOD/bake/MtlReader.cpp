@@ -18,8 +18,8 @@ namespace {
 const std::map<std::string_view, unsigned>& optionArguments()
 {
     static const std::map<std::string_view, unsigned> arguments{
-        {"-blendu", 1}, {"-blendv", 1}, {"-boost", 1}, {"-bm", 1},   {"-cc", 1},   {"-clamp", 1}, {"-imfchan", 1},
-        {"-mm", 2},     {"-o", 3},      {"-s", 3},     {"-t", 3},    {"-texres", 1}, {"-type", 1}, {"-colorspace", 1}};
+        {"-blendu", 1}, {"-blendv", 1}, {"-boost", 1}, {"-bm", 1}, {"-cc", 1},     {"-clamp", 1}, {"-imfchan", 1},
+        {"-mm", 2},     {"-o", 3},      {"-s", 3},     {"-t", 3},  {"-texres", 1}, {"-type", 1},  {"-colorspace", 1}};
     return arguments;
 }
 
@@ -59,7 +59,8 @@ LodTexture::Role roleOf(const std::string& keyword, const std::string& image)
     if (keyword == "norm") { return LodTexture::Role::Normal; }
     const bool isBump = keyword == "map_bump" || keyword == "bump";
     const std::string name = lowerCase(image);
-    return isBump && (contains(name, "norm") || contains(name, "nrm")) ? LodTexture::Role::Normal : LodTexture::Role::Other;
+    return isBump && (contains(name, "norm") || contains(name, "nrm")) ? LodTexture::Role::Normal
+                                                                       : LodTexture::Role::Other;
 }
 
 class MtlParser {
@@ -151,9 +152,7 @@ private:
         LodMaterial& material = _materials.back();
         const bool isTextured = std::any_of(material.textures.begin(), material.textures.end(),
                                             [](const LodTexture& t) { return t.role == LodTexture::Role::Color; });
-        if (isTextured && !_hasDiffuse) {
-            std::fill_n(material.reflectance.diffuse.begin(), 3, 1.0F);
-        }
+        if (isTextured && !_hasDiffuse) { std::fill_n(material.reflectance.diffuse.begin(), 3, 1.0F); }
         _hasDiffuse = false;
     }
 

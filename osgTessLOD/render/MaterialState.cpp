@@ -41,7 +41,8 @@ public:
         const LodImage* embedded = _asset.imageOf(texture);
         const osg::ref_ptr<osg::Image> image = embedded != nullptr ? decode(*embedded) : readFile(texture.image);
         if (!image) {
-            OSG_WARN << "osgTessLOD: " << _asset.source << ": its image " << texture.image << " cannot be read" << std::endl;
+            OSG_WARN << "osgTessLOD: " << _asset.source << ": its image " << texture.image << " cannot be read"
+                     << std::endl;
             return nullptr;
         }
         known->second = new osg::Texture2D(image);
@@ -80,7 +81,8 @@ void addReflectance(const LodReflectance& reflectance, osg::StateSet& state)
     constexpr osg::Material::Face kBoth = osg::Material::FRONT_AND_BACK;
     const osg::ref_ptr<osg::Material> material = new osg::Material;
     const float alpha = reflectance.diffuse[3];
-    material->setAmbient(kBoth, osg::Vec4(reflectance.ambient[0], reflectance.ambient[1], reflectance.ambient[2], alpha));
+    material->setAmbient(kBoth,
+                         osg::Vec4(reflectance.ambient[0], reflectance.ambient[1], reflectance.ambient[2], alpha));
     material->setDiffuse(kBoth, vec4(reflectance.diffuse));
     material->setSpecular(kBoth, vec4(reflectance.specular));
     material->setEmission(kBoth, vec4(reflectance.emission));
@@ -112,7 +114,8 @@ void addTextures(const LodMaterial& material, ImageTextures& textures, osg::Stat
 
 } // namespace
 
-void addMaterialStates(TessLODDrawable& drawable, const std::string& folder, const osgDB::Options* options, bool hasImages)
+void addMaterialStates(TessLODDrawable& drawable, const std::string& folder, const osgDB::Options* options,
+                       bool hasImages)
 {
     if (drawable.getAsset() == nullptr) { return; }
     const LodAsset& asset = *drawable.getAsset();

@@ -17,7 +17,7 @@ class TessLODDrawable;
 /// where it is not opaque, and images as repeated textures: the colour on unit 0, normals on unit 1, others on units 2 to 7 in their
 /// order. Images that are files are looked for from `folder` and by OSG's data paths; each is read once. What cannot be read leaves a
 /// warning. Without `hasImages` there are none.
-OSGTESSLOD_EXPORT void addMaterialStates(TessLODDrawable& drawable, const std::string& folder, const osgDB::Options* options,
-                                         bool hasImages = true);
+OSGTESSLOD_EXPORT void addMaterialStates(TessLODDrawable& drawable, const std::string& folder,
+                                         const osgDB::Options* options, bool hasImages = true);
 
 } // namespace osgTessLOD

@@ -89,7 +89,8 @@ TEST_F(ObjMaterials, AreOfTheFacesThatFollow)
     std::filesystem::create_directory(folder.file("maps"));
     writeBytes(folder.file("maps/a.mtl"), "newmtl blue\nKd 0 0 1\nmap_Kd blue.png\n");
     writeBytes(folder.file("maps/blue.png"), "x");
-    const SourceMesh mesh = import("mtllib maps/a.mtl\n" + quads + "f 1 2 3 4\nusemtl blue\nf 2 5 6 3\nusemtl  none \nf 1 2 6\n");
+    const SourceMesh mesh =
+        import("mtllib maps/a.mtl\n" + quads + "f 1 2 3 4\nusemtl blue\nf 2 5 6 3\nusemtl  none \nf 1 2 6\n");
     ASSERT_EQ(mesh.materials.size(), 3U);
     EXPECT_EQ(mesh.materials[0], LodMaterial()) << "of faces before the first usemtl";
     EXPECT_EQ(mesh.materials[1].name, "blue");
@@ -123,7 +124,8 @@ TEST_F(ObjMaterials, StayWithTheirFacesInCleaning)
 {
     SourceMesh mesh = import(quads + "usemtl a\nf 1 2 3\nf 1 2 2\nusemtl b\nf 3 2 5\nf 1 2 3\nusemtl c\nf 3 5 6\n");
     cleanMesh(mesh);
-    EXPECT_EQ(mesh.triangleMaterials, (std::vector<std::uint16_t>{0, 1, 2})) << "a face without an area and a double are gone";
+    EXPECT_EQ(mesh.triangleMaterials, (std::vector<std::uint16_t>{0, 1, 2}))
+        << "a face without an area and a double are gone";
 }
 
 /// A torus in three materials by the angle around it, and by which side of its tube: borders that meet, and closed ones.
@@ -195,7 +197,8 @@ TEST(Materials, AreInTheAssetWhateverTheTechnique)
         for (std::size_t p = 0; p < asset.patches.size(); ++p) {
             if (slots[p] == kNoPatch) { continue; }
             for (std::uint32_t v = 0; v < TessellationPattern::vertexCount(4); ++v) {
-                const auto at = asset.position(asset.patches[p], asset.levels[2].vertices[slots[p] * TessellationPattern::vertexCount(4) + v]);
+                const auto at = asset.position(
+                    asset.patches[p], asset.levels[2].vertices[slots[p] * TessellationPattern::vertexCount(4) + v]);
                 expectMaterialOfPlace(asset.patchMaterials[p], Eigen::Vector3f(at[0], at[1], at[2]).cast<double>());
             }
         }
@@ -211,8 +214,10 @@ TEST(Images, AreEmbeddedOnceAndReferredToFromWhereTheAssetIs)
     writeBytes(folder.file("b/x.png"), "second");
     LodAsset asset;
     asset.materials.resize(2);
-    asset.materials[0].textures = {{Role::Color, "map_kd", folder.file("a/x.png")}, {Role::Other, "map_d", folder.file("lost.png")}};
-    asset.materials[1].textures = {{Role::Color, "map_kd", folder.file("b/x.png")}, {Role::Other, "map_d", folder.file("a/x.png")}};
+    asset.materials[0].textures = {{Role::Color, "map_kd", folder.file("a/x.png")},
+                                   {Role::Other, "map_d", folder.file("lost.png")}};
+    asset.materials[1].textures = {{Role::Color, "map_kd", folder.file("b/x.png")},
+                                   {Role::Other, "map_d", folder.file("a/x.png")}};
     LodAsset linked = asset;
     moveReferences(linked, "", folder.file("b"));
     EXPECT_EQ(linked.materials[0].textures[0].image, "../a/x.png");
