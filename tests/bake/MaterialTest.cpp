@@ -187,6 +187,7 @@ TEST(Materials, AreInTheAssetWhateverTheTechnique)
         BakeOptions options;
         options.maxFactor = 8;
         options.technique = technique;
+        options.patchTolerance = 0.01;
         Progress progress;
         BakeReport report;
         const LodAsset asset = bakeMesh(std::move(source), options, progress, report);

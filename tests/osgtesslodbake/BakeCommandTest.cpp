@@ -270,7 +270,8 @@ TEST_F(BakeCommand, StoresNormalsAtTheResolutionAskedFor)
 {
     const std::string path = _folder.file("torus.tlod");
     const auto resolutionOf = [&](const char* asked) {
-        EXPECT_EQ(run({source(), "-o", path, "--max-factor", "4", "--patches", "24", "-q", "--normal-resolution", asked}).code, 0);
+        EXPECT_EQ(run({source(), "-o", path, "--max-factor", "4", "--patches", "24", "--patch-tolerance", "0.02", "-q",
+                       "--normal-resolution", asked}).code, 0);
         return nlohmann::json::parse(run({"--info", path}).output)["normal_resolution"].get<unsigned>();
     };
     EXPECT_EQ(resolutionOf("0"), 8U);
