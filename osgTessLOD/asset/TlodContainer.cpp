@@ -97,6 +97,9 @@ void TlodContainerWriter::FreeContext::operator()(ZSTD_CCtx_s* context) const
 
 void TlodContainerWriter::addChunk(std::uint32_t type, std::size_t level, Bytes content)
 {
+    if (_entries.size() == kMaxChunks) {
+        throw AssetError("more than " + std::to_string(kMaxChunks) + " chunks: the asset has too many images");
+    }
     ChunkEntry entry{type, static_cast<std::uint32_t>(level), kCodecRaw, 0, 0, 0, content.size()};
     Bytes stored = compress(content);
     if (stored.size() < content.size()) {

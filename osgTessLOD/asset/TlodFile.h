@@ -11,7 +11,7 @@
 
 namespace osgTessLOD {
 
-// Version 1 of the format; all numbers little-endian.
+// Version 2 of the format; all numbers little-endian.
 //
 //     header, 32 bytes      magic 89 'T' 'L' 'O' 'D' 0D 0A 0A · version u32 · number of chunks u32 (at most 1024) ·
 //                           bytes of the file u64 · CRC-32C u32 of header (this field as 0) and table · 0 u32

@@ -681,6 +681,9 @@ TEST(TlodFile, attributesAreChunksOfTheirOwn)
                 "IMAG 0: content ends early");
     expectFault(with("IMAG", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, std::string("\1\0\0\0a", 5)); }),
                 "image 0 is empty");
+    LodAsset crowded = smallAsset();
+    crowded.images.assign(1024, crowded.images.front());
+    EXPECT_THROW(toBytes(crowded), AssetError) << "a reader would not take so many chunks";
     expectFault(with("UVGR", 0, [](Chunk& chunk) { chunk = rawChunk(chunk, std::string(16, '\xFF')); }),
                 "the grid of texture coordinates is not finite");
 }
