@@ -178,6 +178,18 @@ unsigned finestFactorFor(const PatchMap& mesh)
     return factor;
 }
 
+constexpr std::size_t kMorePatches = 4;
+
+/// Has a mesh so many parts for its size (legs, horns, holes) that as few patches as its triangles ask for cannot be bisected
+/// into near ones?
+bool wantsMorePatches(const RefinedPatches& patches, const BakeOptions& options)
+{
+    constexpr double kStillNear = 1.4; // tolerances
+    constexpr std::size_t kFewestTriangles = 8; // per patch
+    return options.controlMesh.patches == 0 && patches.roughest() > kStillNear * options.patchTolerance &&
+           kMorePatches * kFewestTriangles * patches.base().topology().patches.size() <= patches.sourceTriangles();
+}
+
 /// `mesh` is clean.
 MappedSource makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
@@ -190,6 +202,16 @@ MappedSource makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progre
     auto patches = timed(report, "refine patches", [&] {
         return std::make_unique<RefinedPatches>(std::move(controlMesh), finest, options.patchTolerance, progress);
     });
+    while (wantsMorePatches(*patches, options)) {
+        ControlMeshOptions more = options.controlMesh;
+        more.patches = kMorePatches * patches->base().topology().patches.size();
+        controlMesh = timed(report, "control mesh", [&] {
+            return std::make_unique<ControlMesh>(patches->base().source(), more, progress);
+        });
+        patches = timed(report, "refine patches", [&] {
+            return std::make_unique<RefinedPatches>(std::move(controlMesh), finest, options.patchTolerance, progress);
+        });
+    }
     const SourceMesh& source = patches->base().source();
     const SourceSamples& samples = patches->sourceSamples();
     return {std::move(patches), &source, &samples, finest};

@@ -26,7 +26,36 @@ BisectionForest::Limits wholePatches()
     return limits;
 }
 
+/// How errors went from a patch of the base to a piece of a piece of it.
+struct Descent {
+    double error = 0.0; ///< of the last
+    double least = std::numeric_limits<double>::infinity();
+    unsigned since = 0; ///< rounds
+
+    void add(double ofPiece)
+    {
+        constexpr double kFall = 0.8;
+        error = ofPiece;
+        ++since;
+        if (error < kFall * least) {
+            least = error;
+            since = 0;
+        }
+    }
+    /// A piece that a fold is in may be as bad as the whole for some rounds, but not for ever.
+    bool goesDown() const
+    {
+        constexpr unsigned kPatience = 6;
+        return since < kPatience;
+    }
+};
+
 } // namespace
+
+std::uint32_t RefinedPatches::Round::patchBefore(std::uint32_t patch) const
+{
+    return cuts.toPatch({leafOfPatch[patch], Vector3d::Constant(1.0 / 3.0)}).face;
+}
 
 FacePoint RefinedPatches::Round::from(const FacePoint& before) const
 {
@@ -50,7 +79,8 @@ RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned facto
     _attributes = _base->attributes();
     _materials = _base->materials();
     _topology = _base->topology();
-    const std::size_t mostPatches = std::max(kMostGrowth * _topology.patches.size(), kAlwaysAllowed);
+    const std::size_t ofBase = _topology.patches.size();
+    const std::size_t mostPatches = std::max(kMostGrowth * ofBase, std::min(kMostGrowthOfFew * ofBase, kAlwaysAllowed));
     std::vector<FacePoint> samples = samplePoints(_base->source());
     _samples.positions.resize(samples.size());
     _samples.patches.resize(samples.size());
@@ -63,28 +93,35 @@ RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned facto
     const PatchDistance distance(_base->source());
     const TessellationPattern pattern(factor);
     std::vector<char> isMeasured(_topology.patches.size(), 0);
+    std::vector<Descent> descents(_topology.patches.size());
     progress.begin("refine patches", _topology.patches.size(), "patches");
     for (unsigned round = 0; round <= kMostRounds; ++round) {
         const SamplesByPatch byPatch(_samples, _topology.patches.size());
-        std::vector<double> error(_topology.patches.size(), 0.0);
-        tbb::parallel_for(std::size_t{0}, error.size(), [&](std::size_t p) {
+        tbb::parallel_for(std::size_t{0}, descents.size(), [&](std::size_t p) {
             if (isMeasured[p] != 0) { return; }
             std::vector<Vector3d> positions(pattern.vertexCount());
             for (std::uint32_t v = 0; v < positions.size(); ++v) {
                 const auto b = TessellationPattern::barycentric(factor, v);
                 positions[v] = position({static_cast<std::uint32_t>(p), Vector3d(b[0], b[1], b[2]) / (3.0 * factor)});
             }
-            error[p] = distance.twoSided(positions, pattern, byPatch, p);
+            descents[p].add(distance.twoSided(positions, pattern, byPatch, p));
             progress.step(round == 0 ? 1 : 0);
         });
         std::vector<std::uint32_t> rough;
-        for (std::uint32_t p = 0; p < error.size(); ++p) {
-            if (error[p] > tolerance) { rough.push_back(p); }
+        _roughest = 0.0;
+        for (std::uint32_t p = 0; p < descents.size(); ++p) {
+            _roughest = std::max(_roughest, descents[p].error);
+            if (descents[p].error > tolerance && descents[p].goesDown()) { rough.push_back(p); }
         }
         if (rough.empty() || round == kMostRounds || _topology.patches.size() >= mostPatches) { break; }
         std::stable_sort(rough.begin(), rough.end(),
-                         [&](std::uint32_t a, std::uint32_t b) { return error[a] > error[b]; });
+                         [&](std::uint32_t a, std::uint32_t b) { return descents[a].error > descents[b].error; });
         isMeasured = bisect(rough, mostPatches, samples, progress);
+        std::vector<Descent> ofPieces;
+        for (std::uint32_t p = 0; p < _topology.patches.size(); ++p) {
+            ofPieces.push_back(descents[_rounds.back().patchBefore(p)]);
+        }
+        descents = std::move(ofPieces);
     }
     progress.end();
 }

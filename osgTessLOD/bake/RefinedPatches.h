@@ -21,17 +21,20 @@ namespace osgTessLOD::bake {
 class OSGTESSLOD_EXPORT RefinedPatches : public PatchMap {
 public:
     /// Bisects patches while their surface, sampled at the pattern of `factor`, is farther than `tolerance` (of the model's
-    /// size) from the source either way, the worst first; but not in more than kMostRounds rounds, and no more once there
-    /// are kMostGrowth times as many patches and kAlwaysAllowed. After kEvenRounds the pieces keep their
-    /// parameters.
+    /// size) from the source either way, the worst first; but not in more than kMostRounds rounds, no more once there
+    /// are kMostGrowth times as many patches and either kMostGrowthOfFew times as many or kAlwaysAllowed, and not what is no nearer for many rounds. After kEvenRounds the
+    /// pieces keep their parameters.
     RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned factor, double tolerance, Progress& progress);
 
     static constexpr unsigned kMostRounds = 24;
     static constexpr unsigned kEvenRounds = 2;
     static constexpr std::size_t kMostGrowth = 4;
+    static constexpr std::size_t kMostGrowthOfFew = 16;
     static constexpr std::size_t kAlwaysAllowed = 1024;
 
     const ControlMesh& base() const { return *_base; }
+    /// The largest distance that is left between any patch and the source, of the model's size.
+    double roughest() const { return _roughest; }
     std::uint64_t sourceTriangles() const override { return _base->sourceTriangles(); }
     SurfacePoint evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const override;
     std::uint16_t materialOf(std::uint32_t patch) const override;
@@ -52,6 +55,7 @@ private:
         std::vector<char> isWhole;              ///< per patch: the same as before
         std::unique_ptr<StretchMap> even;
 
+        std::uint32_t patchBefore(std::uint32_t patch) const;
         FacePoint from(const FacePoint& before) const;
         FacePoint to(const FacePoint& after) const;
     };
@@ -63,6 +67,7 @@ private:
     std::unique_ptr<ControlMesh> _base;
     std::vector<Round> _rounds;
     SourceSamples _samples;
+    double _roughest = 0.0;
 };
 
 } // namespace osgTessLOD::bake

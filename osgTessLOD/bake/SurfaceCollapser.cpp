@@ -45,6 +45,10 @@ constexpr double kSizeWeight = 0.1;
 /// Boundaries and creases are kept in place by planes through them of this many times their neighbourhood's weight.
 constexpr double kFeatureWeight = 10.0;
 
+/// A feature edge may stand for so many times its own length of the source's: where a boundary comes back to a vertex's other
+/// side, what lies in between would hang on no length at all.
+constexpr double kMostWinding = 2.0;
+
 double triangleQuality(const Vector3d& a, const Vector3d& b, const Vector3d& c)
 {
     const double sides = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
@@ -84,6 +88,7 @@ private:
     struct FeatureEdge {
         Mesh::VertexHandle vertex;
         std::uint8_t features;
+        double arc;
     };
 
     /// A source vertex with the new face (by its index in the collapse) that takes it over.
@@ -106,10 +111,12 @@ private:
     std::size_t facesHeldBySeams() const;
     void dropShortCreases();
     void dropCreases();
+    void measureArcs();
     void initializeQuadrics();
     void initializeQueue();
     void queueVertex(Mesh::VertexHandle v);
     bool isAllowed(Mesh::HalfedgeHandle h, unsigned features) const;
+    bool winds(Mesh::HalfedgeHandle h) const;
     double cost(Mesh::HalfedgeHandle h) const;
     bool gatherStar(Mesh::HalfedgeHandle h, Star& star, CollapseHistory::Step& step,
                     std::array<Mesh::FaceHandle, CollapseHistory::kMaxRing>& faces) const;
@@ -137,6 +144,7 @@ private:
     double _patchWeight = 1.0;                  // share of the source of the mean patch
     Limits _limits{};
     std::vector<std::uint8_t> _feature;         // per edge: bits of Feature
+    std::vector<double> _arc;                   // per edge: length of the source's feature that it stands for
     std::vector<Quadric> _quadrics;             // per vertex
     std::vector<double> _quadricArea;           // per vertex: what the quadric is weighted by
     std::vector<double> _weight;                // per face: of the source vertices it holds, whose mean is 1 per source face
@@ -167,6 +175,7 @@ Collapser::Collapser(const SourceMesh& source, const ControlMeshOptions& options
 {
     buildMesh();
     markFeatures();
+    measureArcs();
     initializeQuadrics();
     const double area = std::accumulate(_quadricArea.begin(), _quadricArea.end(), 0.0);
     _patchSize = std::sqrt(area / static_cast<double>(target));
@@ -329,6 +338,14 @@ void Collapser::dropCreases()
     for (std::uint8_t& features : _feature) { features &= static_cast<std::uint8_t>(~kCrease); }
 }
 
+void Collapser::measureArcs()
+{
+    _arc.assign(_mesh.n_edges(), 0.0);
+    for (const auto e : _mesh.edges()) {
+        if (isFeature(e)) { _arc[at(e)] = _mesh.calc_edge_length(e); }
+    }
+}
+
 void Collapser::initializeQuadrics()
 {
     _quadrics.assign(_mesh.n_vertices(), Quadric(0.0));
@@ -371,7 +388,21 @@ bool Collapser::isAllowed(Mesh::HalfedgeHandle h, unsigned features) const
     if (valence == 3 && _mesh.valence(w) == 3 && !_mesh.is_boundary(v)) { return false; }
     const unsigned after = valence + _mesh.valence(w) - 4;
     if (after > std::max(_options.maxValence, _mesh.valence(w))) { return false; }
-    return _mesh.is_collapse_ok(h);
+    return !(features != 0 && winds(h)) && _mesh.is_collapse_ok(h);
+}
+
+/// Would the collapse along a feature leave an edge much shorter than what it stands for?
+bool Collapser::winds(Mesh::HalfedgeHandle h) const
+{
+    const auto v = _mesh.from_vertex_handle(h);
+    const auto w = _mesh.to_vertex_handle(h);
+    for (auto out = _mesh.cvoh_ccwiter(v); out.is_valid(); ++out) {
+        const auto x = _mesh.to_vertex_handle(*out);
+        if (x == w || !isFeature(_mesh.edge_handle(*out))) { continue; }
+        const double arc = _arc[at(_mesh.edge_handle(h))] + _arc[at(_mesh.edge_handle(*out))];
+        if (arc > kMostWinding * (position(x) - position(w)).norm()) { return true; }
+    }
+    return false;
 }
 
 /// Cost of a collapse that isAllowed, infinite if its shape is not.
@@ -482,7 +513,7 @@ bool Collapser::gatherStar(Mesh::HalfedgeHandle h, Star& star, CollapseHistory::
     return n >= 3 && !(onCrease && (star.crease <= 1 || star.crease == n - 1));
 }
 
-/// The edges from the vertex that h points to whose feature flag the collapse of h must set: those beside h, which
+/// The edges from the vertex that h points to whose features the collapse of h must set: those beside h, which
 /// survive as one of two handles, and the continuation of a feature along h.
 std::vector<Collapser::FeatureEdge> Collapser::featuresAfter(Mesh::HalfedgeHandle h) const
 {
@@ -490,17 +521,20 @@ std::vector<Collapser::FeatureEdge> Collapser::featuresAfter(Mesh::HalfedgeHandl
     const auto v = _mesh.from_vertex_handle(h);
     const auto w = _mesh.to_vertex_handle(h);
     const std::uint8_t along = _feature[at(_mesh.edge_handle(h))];
+    const double arcAlong = _arc[at(_mesh.edge_handle(h))];
     for (auto out = _mesh.cvoh_ccwiter(v); out.is_valid(); ++out) {
         const auto x = _mesh.to_vertex_handle(*out);
         if (x == w) { continue; }
         const std::uint8_t own = _feature[at(_mesh.edge_handle(*out))];
         // Where a seam goes on as a crease, what is left of both is a seam.
         const auto carried = static_cast<std::uint8_t>(along != 0 && own != 0 ? along | own : 0);
+        const double arc = carried != 0 ? arcAlong + _arc[at(_mesh.edge_handle(*out))] : 0.0;
         const auto shared = _mesh.find_halfedge(w, x);
         if (shared.is_valid()) {
-            edges.push_back({x, static_cast<std::uint8_t>(carried | _feature[at(_mesh.edge_handle(shared))])});
+            const std::size_t other = at(_mesh.edge_handle(shared));
+            edges.push_back({x, static_cast<std::uint8_t>(carried | _feature[other]), std::max(arc, _arc[other])});
         } else if (carried != 0) {
-            edges.push_back({x, carried});
+            edges.push_back({x, carried, arc});
         }
     }
     return edges;
@@ -537,7 +571,9 @@ bool Collapser::collapse(Mesh::HalfedgeHandle h)
     _quadrics[at(w)] += _quadrics[at(v)];
     _quadricArea[at(w)] += _quadricArea[at(v)];
     for (const FeatureEdge& edge : edges) {
-        _feature[at(_mesh.edge_handle(_mesh.find_halfedge(w, edge.vertex)))] = edge.features;
+        const std::size_t e = at(_mesh.edge_handle(_mesh.find_halfedge(w, edge.vertex)));
+        _feature[e] = edge.features;
+        _arc[e] = edge.arc;
     }
     for (unsigned j = 0; j + 2 < n; ++j) {
         const std::size_t f = at(faces[j + 1]);
