@@ -17,6 +17,7 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <new>
@@ -263,6 +264,7 @@ int main(int argc, char** argv)
     }
     try {
         run(arguments);
+        if (std::fflush(stdout) != 0) { throw AssetError("the standard output cannot be written"); }
         return 0;
     } catch (const std::bad_alloc&) {
         fmt::print(stderr, "osgtesslodbake: {}: not enough memory\n", subjectOf(arguments));
