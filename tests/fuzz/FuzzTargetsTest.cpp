@@ -11,8 +11,20 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
+#include <ostream>
 
 namespace osgTessLOD {
+
+namespace fuzz {
+
+/// For names of tests, which are otherwise addresses.
+void PrintTo(const Target& target, std::ostream* stream)
+{
+    *stream << target.name;
+}
+
+} // namespace fuzz
+
 namespace {
 
 using fuzz::Target;
