@@ -91,7 +91,7 @@ std::string describeTlod(const std::string& path)
     json["file_bytes_per_finest_vertex"] = static_cast<double>(fileBytes) / finest;
     json["vertex_bytes_per_finest_vertex"] = static_cast<double>(levelBytes) / finest;
     json["attribute_bytes_per_finest_vertex"] = static_cast<double>(attributeBytes) / finest;
-    return json.dump(2);
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace); // texts are any bytes
 }
 
 } // namespace osgTessLOD

@@ -17,6 +17,7 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <new>
@@ -240,6 +241,15 @@ void run(Arguments& arguments)
     }
 }
 
+/// The file that the program was to work on, for messages.
+const std::string& subjectOf(const Arguments& arguments)
+{
+    for (const std::string* file : {&arguments.info, &arguments.check, &arguments.exported}) {
+        if (!file->empty()) { return *file; }
+    }
+    return arguments.source;
+}
+
 } // namespace
 
 int main(int argc, char** argv)
@@ -254,9 +264,10 @@ int main(int argc, char** argv)
     }
     try {
         run(arguments);
+        if (std::fflush(stdout) != 0) { throw AssetError("the standard output cannot be written"); }
         return 0;
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr, "osgtesslodbake: out of memory\n");
+        fmt::print(stderr, "osgtesslodbake: {}: not enough memory\n", subjectOf(arguments));
     } catch (const std::exception& error) {
         fmt::print(stderr, "osgtesslodbake: {}\n", error.what());
     }

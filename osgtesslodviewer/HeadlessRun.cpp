@@ -54,6 +54,8 @@ public:
     const osg::Image* image() const { return _image; }
     const CapturedMesh& capture() const { return _capture; }
     const FrameStatistics& statistics() const { return _statistics; }
+    /// Name of a drawable that was selected and that this context cannot draw; empty: there is none.
+    const std::string& undrawn() const { return _undrawn; }
 
 protected:
     ~FrameReader() override = default;
@@ -68,6 +70,7 @@ private:
     osg::ref_ptr<osg::Image> _image;
     CapturedMesh _capture;
     FrameStatistics _statistics;
+    std::string _undrawn;
 };
 
 std::string glText(GLenum name)
@@ -94,7 +97,11 @@ void FrameReader::read(osg::RenderInfo& renderInfo)
         const double asked = entry.drawable->getOptions().errorPixels;
         _statistics.errorPixels = std::max(asked, _statistics.errorPixels.value_or(asked));
         const std::optional<Backend> backend = entry.selection->backend(renderInfo);
-        if (backend) { _statistics.backends.insert(nameOf(*backend)); }
+        if (backend) {
+            _statistics.backends.insert(nameOf(*backend));
+        } else {
+            _undrawn = entry.drawable->getName();
+        }
     }
     if (_wantsImage) {
         _image = new osg::Image;
@@ -246,11 +253,15 @@ void runHeadless(osgViewer::Viewer& viewer, osg::Node& scene, const ViewerOption
     viewer.getCamera()->setFinalDrawCallback(nullptr);
 
     FrameStatistics statistics = reader->statistics();
+    if (!reader->undrawn().empty()) {
+        throw std::runtime_error(reader->undrawn() + ": cannot be drawn by OpenGL " + statistics.glVersion);
+    }
     statistics.times = times;
     if (!options.screenshotFile.empty()) { writeScreenshot(options.screenshotFile, *reader->image()); }
     if (!options.captureFile.empty()) { writePly(options.captureFile, reader->capture().surface()); }
     if (!options.statsFile.empty()) { writeStatistics(options.statsFile, statistics); }
     writeSummary(std::cout, statistics);
+    if (!std::cout.flush()) { throw std::runtime_error("the standard output cannot be written"); }
 }
 
 } // namespace osgTessLOD

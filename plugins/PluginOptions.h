@@ -6,6 +6,7 @@
 #include <osgDB/Options>
 
 #include <exception>
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -65,6 +66,8 @@ template <typename Result, typename Work> Result guarded(const std::string& name
 {
     try {
         return work();
+    } catch (const std::bad_alloc&) {
+        return Result(name + ": not enough memory");
     } catch (const std::exception& error) {
         const std::string message = error.what();
         return Result(message.find(name) == std::string::npos ? name + ": " + message : message);

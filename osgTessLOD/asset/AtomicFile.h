@@ -10,7 +10,8 @@ namespace osgTessLOD {
 
 /// A file that appears at its path complete or not at all. What is written to stream() goes to a new temporary file in the
 /// same directory, `.<name>.<process>-<number>.tmp`; commit() flushes it to the disk and renames it over the path.
-/// Without commit(), as when an exception passes, the temporary is removed and what was at the path stays.
+/// Without commit(), as when an exception passes, the temporary is removed and what was at the path stays. A process that is
+/// killed leaves its temporary file behind.
 /// A path that is a symbolic link is followed: the file it points at is replaced.
 class OSGTESSLOD_EXPORT AtomicFile {
 public:

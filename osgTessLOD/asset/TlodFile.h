@@ -55,7 +55,8 @@ OSGTESSLOD_EXPORT void writeTlod(std::ostream& stream, const LodAsset& asset);
 
 /// Reads and validates. Throws AssetError naming the path and the fault for anything that is not a sound version 2
 /// file. Memory stays below twice the declared content, which is the sum of contentBytes of readTlodContents, plus 2 MiB
-/// (the codec's block, zstd's tables, the table of contents); sizes are checked before anything is allocated.
+/// (the codec's block, zstd's tables, the table of contents), but for materials, of which texts of a few bytes may take 24 times
+/// theirs; sizes are checked before anything is allocated.
 OSGTESSLOD_EXPORT LodAsset readTlod(const std::string& path);
 /// The same from a seekable stream, from its present position to its end; `name` stands for the path in messages.
 OSGTESSLOD_EXPORT LodAsset readTlod(std::istream& stream, const std::string& name);

@@ -525,7 +525,7 @@ std::string BakeReport::toJson() const
     }
     json["seconds"] = seconds;
     json["peak_bytes"] = peakBytes;
-    return json.dump(2);
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace); // names of files are any bytes
 }
 
 } // namespace osgTessLOD::bake

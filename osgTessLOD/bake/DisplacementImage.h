@@ -19,7 +19,7 @@ public:
     /// `pixels`: `channels` (1 or 3) numbers each, rows from the top, all finite.
     DisplacementImage(std::uint32_t width, std::uint32_t height, unsigned channels, std::vector<float> pixels);
 
-    /// Reads what OpenImageIO reads: PNG, TIFF, OpenEXR and more, of 8 to 32 bits. Of images with more channels than are
+    /// Reads what OpenImageIO reads: PNG, TIFF, OpenEXR and more, of 8 to 32 bits, by the file's extension. Of images with more channels than are
     /// asked for the first ones count. Throws AssetError naming the file and the fault: unreadable, fewer channels than
     /// asked for, numbers that are not finite (which pixel).
     static DisplacementImage read(const std::string& path, unsigned channels);

@@ -108,9 +108,22 @@ void applyOptions(const HeightOptions& options, const Georeference& where, Heigh
     field.corner = options.spacing ? std::array<double, 2>{0.0, 0.0} : where.corner;
     const std::optional<double> voidValue = options.voidValue ? options.voidValue : where.voidValue;
     for (float& height : field.heights) {
-        const bool isVoid = !std::isfinite(height) || (voidValue && height == static_cast<float>(*voidValue));
-        height = isVoid ? std::numeric_limits<float>::quiet_NaN()
-                        : static_cast<float>(static_cast<double>(height) * options.scale);
+        const auto scaled = static_cast<float>(static_cast<double>(height) * options.scale);
+        const bool isVoid = !std::isfinite(scaled) || (voidValue && height == static_cast<float>(*voidValue));
+        height = isVoid ? std::numeric_limits<float>::quiet_NaN() : scaled;
+    }
+}
+
+/// A file may say of its place what no place is, such as a latitude beyond the poles.
+void checkPlace(const HeightField& field)
+{
+    constexpr double kMost = 1e150; // its square is finite, as that of its reciprocal
+    const std::array<std::uint32_t, 2> samples{field.columns, field.rows};
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        const double spacing = field.spacing[axis];
+        if (!(spacing >= 1.0 / kMost && std::fabs(field.corner[axis]) + spacing * samples[axis] <= kMost)) {
+            throw fault(field.name, "its heights have no place: the spacing is not above 0, or a coordinate beyond 1e150");
+        }
     }
 }
 
@@ -134,6 +147,7 @@ HeightField readHeightField(const std::string& path, const HeightOptions& option
     if (extension == ".tif" || extension == ".tiff") { where = imageFiles().georeference(path); }
     if (where.inDegrees) { layOutInMetres(field, where); }
     applyOptions(options, where, field);
+    checkPlace(field);
     if (field.voids() == field.heights.size()) { throw fault(path, "has no height at all"); }
     return field;
 }

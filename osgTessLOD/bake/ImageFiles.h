@@ -33,8 +33,8 @@ class ImageFiles {
 public:
     virtual ~ImageFiles() = default;
 
-    /// Throws AssetError naming the file and the fault: unreadable, not of two dimensions, fewer channels than asked for, more
-    /// than 2^32 numbers.
+    /// Of the format that the path's extension tells. Throws AssetError naming the file and the fault: unreadable, not of two dimensions, fewer channels than asked for, more
+    /// than 2^32 numbers or 16,384 times the size of the file.
     virtual ImageData read(const std::string& path, unsigned channels) const = 0;
     /// The bytes of a file of this image, of the format that the path's extension tells; nothing is written there. Floating-point numbers
     /// of 32 bits if image.largestInteger is 0, else 16 bits for 0 … 1. Throws AssetError naming the path and the fault.

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <set>
 
 namespace osgTessLOD::bake {
 
@@ -23,8 +24,10 @@ std::string besideOf(const std::string& path, const std::string& name)
 std::map<std::string, LodMaterial> readLibraries(const RawMesh& raw, const std::string& path, SourceMesh& mesh)
 {
     std::map<std::string, LodMaterial> known;
+    std::set<std::string> files;
     for (const std::string& name : raw.materialFiles) {
         const std::string file = besideOf(path, name);
+        if (!files.insert(file).second) { continue; } // named again
         try {
             for (LodMaterial& material : parseMtl(readFile(file))) {
                 for (LodTexture& texture : material.textures) { texture.image = besideOf(file, texture.image); }

@@ -105,6 +105,16 @@ PlyElement plyElement(Cursor& words)
     return element;
 }
 
+/// Of the elements that are used there can be one each: indices count the vertices of all.
+void addElement(PlyElement element, std::vector<PlyElement>& elements)
+{
+    const auto isSame = [&](const PlyElement& other) { return other.name == element.name; };
+    if ((element.name == "vertex" || element.name == "face") && std::any_of(elements.begin(), elements.end(), isSame)) {
+        throw AssetError("PLY header: two elements " + quoted(element.name));
+    }
+    elements.push_back(std::move(element));
+}
+
 PlyHeader parsePlyHeader(const std::string& content)
 {
     Cursor lines(content);
@@ -123,7 +133,7 @@ PlyHeader parsePlyHeader(const std::string& content)
             header.format = plyFormat(words.token());
             hasFormat = true;
         } else if (keyword == "element") {
-            header.elements.push_back(plyElement(words));
+            addElement(plyElement(words), header.elements);
         } else if (keyword == "property") {
             if (header.elements.empty()) { throw AssetError("PLY header: property before any element"); }
             header.elements.back().properties.push_back(plyProperty(words));

@@ -11,6 +11,7 @@
 #include <geotiff/xtiffio.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <memory>
 
@@ -19,6 +20,9 @@ namespace osgTessLOD::bake {
 namespace {
 
 constexpr std::uint64_t kMostNumbers = std::numeric_limits<std::uint32_t>::max();
+/// Bytes of pixels that one byte of a file may claim to hold, so that a small file cannot ask for much memory. Deflate, which
+/// most formats use, makes at most 1,032 of one, and PNG up to 8 pixels of each.
+constexpr std::uint64_t kMostExpansion = 16384;
 constexpr std::uint32_t kTagNoData = 42113; ///< GDAL's, an ASCII number
 
 AssetError fault(const std::string& path, const std::string& what)
@@ -38,6 +42,27 @@ double largestInteger(const std::string& path, OIIO::TypeDesc::BASETYPE type)
     case OIIO::TypeDesc::DOUBLE: return 0.0;
     default: throw fault(path, "has neither integers of 8 or 16 bits nor floating-point numbers");
     }
+}
+
+void checkSize(const std::string& path, const OIIO::ImageSpec& spec, unsigned channels)
+{
+    const std::uint64_t numbers = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height) * channels;
+    if (numbers > kMostNumbers) { throw fault(path, "is too large an image"); }
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+    if (error || numbers * spec.format.size() / kMostExpansion > bytes) {
+        throw fault(path, "claims to hold more than " + std::to_string(kMostExpansion) + " times its size");
+    }
+}
+
+/// The reader of what the extension says. ImageInput::open() would try all the others there are on what is something else.
+std::unique_ptr<OIIO::ImageInput> readerOf(const std::string& path)
+{
+    const std::string extension = std::filesystem::path(path).extension().string();
+    if (extension.size() < 2) { throw fault(path, "has no extension, which tells the format of an image"); }
+    std::unique_ptr<OIIO::ImageInput> reader = OIIO::ImageInput::create(extension.substr(1), false);
+    if (!reader) { throw fault(path, OIIO::geterror()); }
+    return reader;
 }
 
 struct TiffCloser {
@@ -76,9 +101,9 @@ class OpenImageFiles : public ImageFiles {
 public:
     ImageData read(const std::string& path, unsigned channels) const override
     {
-        const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path);
-        if (!input) { throw fault(path, OIIO::geterror()); }
-        const OIIO::ImageSpec& spec = input->spec();
+        const std::unique_ptr<OIIO::ImageInput> input = readerOf(path);
+        OIIO::ImageSpec spec;
+        if (!input->open(path, spec)) { throw fault(path, input->geterror()); }
         if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1) {
             throw fault(path, "is not an image of two dimensions");
         }
@@ -91,9 +116,7 @@ public:
         image.height = static_cast<std::uint32_t>(spec.height);
         image.channels = channels;
         image.largestInteger = largestInteger(path, static_cast<OIIO::TypeDesc::BASETYPE>(spec.format.basetype));
-        if (std::uint64_t{image.width} * image.height * channels > kMostNumbers) {
-            throw fault(path, "is too large an image");
-        }
+        checkSize(path, spec, channels);
         image.pixels.resize(std::size_t{image.width} * image.height * channels);
         if (!input->read_image(0, 0, 0, static_cast<int>(channels), OIIO::TypeDesc::FLOAT, image.pixels.data())) {
             throw fault(path, input->geterror());

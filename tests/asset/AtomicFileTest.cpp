@@ -12,6 +12,8 @@
 #include <sstream>
 
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace osgTessLOD {
 namespace {
@@ -136,6 +138,47 @@ TEST(AtomicFile, aPathThatCannotBeAFileIsAnError)
               directory.file(".") + ": cannot be written: not a regular file");
     EXPECT_EQ(faultOf([] { AtomicFile file("/dev/null"); }), "/dev/null: cannot be written: not a regular file");
     EXPECT_EQ(directory.entryCount(), 1U);
+}
+
+TEST(AtomicFile, aReadOnlyFolderIsAnError)
+{
+    if (geteuid() == 0) { GTEST_SKIP() << "root may write anywhere"; }
+    const TemporaryDirectory directory;
+    writeFile(directory.file("a"), "old");
+    const std::filesystem::path folder = directory.file(".");
+    std::filesystem::permissions(folder, std::filesystem::perms::owner_write, std::filesystem::perm_options::remove);
+    EXPECT_EQ(faultOf([&] { writeFile(directory.file("a"), "new"); }),
+              directory.file("a") + ": cannot be written: Permission denied");
+    std::filesystem::permissions(folder, std::filesystem::perms::owner_write, std::filesystem::perm_options::add);
+    EXPECT_EQ(contentOf(directory.file("a")), "old");
+}
+
+TEST(AtomicFile, aKilledProcessLeavesTheOldFileAndItsTemporary)
+{
+    const TemporaryDirectory directory;
+    const std::string path = directory.file("a");
+    writeFile(path, "old");
+    const pid_t child = fork();
+    if (child == 0) {
+        AtomicFile file(path);
+        file.stream() << "half of";
+        file.stream().flush();
+        std::raise(SIGKILL);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFSIGNALED(status));
+    EXPECT_EQ(contentOf(path), "old");
+    const std::string begin = ".a." + std::to_string(child) + "-";
+    std::size_t leftovers = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(directory.file("."))) {
+        const std::string name = entry.path().filename().string();
+        leftovers += name.compare(0, begin.size(), begin) == 0 && entry.path().extension() == ".tmp" ? 1 : 0;
+    }
+    EXPECT_EQ(leftovers, 1U);
+    writeFile(path, "new");
+    EXPECT_EQ(contentOf(path), "new");
+    EXPECT_EQ(directory.entryCount(), 2U);
 }
 
 TEST(AtomicFile, followsASymbolicLink)

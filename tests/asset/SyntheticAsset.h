@@ -447,4 +447,15 @@ inline LodAsset withAttributes(LodAsset asset)
     return asset;
 }
 
+/// 200 MB in memory, of normals that are all the same, and less than one in a file.
+inline LodAsset makeSyntheticHeavyAsset()
+{
+    LodAsset asset = makeSyntheticSheet(1, 6, false);
+    asset.normals.resolution = NormalTexture::kMaxResolution;
+    for (std::uint32_t r = 1; r <= asset.normals.resolution; r *= 2) {
+        asset.normals.levels.emplace_back(asset.patches.size() * NormalTexture::texelCount(r));
+    }
+    return asset;
+}
+
 } // namespace osgTessLOD

@@ -509,6 +509,62 @@ TEST(TlodFile, everyFlippedByteIsAnError)
     expectSame(fromBytes(file), smallAsset());
 }
 
+/// A file that another program changes: before the read number `turn`.
+class ChangingFile : public std::stringbuf {
+public:
+    ChangingFile(const std::string& before, const std::string& after, int turn)
+        : std::stringbuf(before, std::ios::in)
+        , _after(after)
+        , _turn(turn)
+    {
+    }
+    bool wasChanged() const { return _turn < 0; }
+
+protected:
+    std::streamsize xsgetn(char* data, std::streamsize count) override
+    {
+        if (_turn-- == 0) {
+            const std::streamoff at = std::stringbuf::seekoff(0, std::ios::cur, std::ios::in);
+            str(_after);
+            std::stringbuf::seekpos(std::min<std::streamoff>(at, static_cast<std::streamoff>(_after.size())),
+                                    std::ios::in);
+        }
+        return std::stringbuf::xsgetn(data, count);
+    }
+
+private:
+    std::string _after;
+    int _turn;
+};
+
+TEST(TlodFile, aFileThatChangesWhileItIsReadIsAnError)
+{
+    const std::string& file = smallFile();
+    std::string damaged = file;
+    for (std::size_t k = kTableAt; k < damaged.size(); k += 16) { damaged[k] = static_cast<char>(damaged[k] ^ 1); }
+    for (const std::string& after : {file.substr(0, file.size() - 1), file.substr(0, 100), std::string(), damaged}) {
+        int turn = 1; // the header has been read
+        for (bool changes = true; changes; ++turn) {
+            ChangingFile buffer(file, after, turn);
+            std::istream stream(&buffer);
+            std::string fault;
+            try {
+                readTlod(stream, "some.tlod");
+            } catch (const AssetError& error) {
+                fault = error.what();
+            }
+            changes = buffer.wasChanged();
+            const bool isTailAlone =
+                after.size() + 1 == file.size(); // then only the read that reaches the last byte can tell
+            if (changes && !isTailAlone) {
+                EXPECT_EQ(fault.find("some.tlod: "), 0U) << "before read " << turn << ' ' << fault;
+            }
+            if (!changes) { EXPECT_EQ(fault, ""); }
+        }
+        EXPECT_GT(turn, 10);
+    }
+}
+
 TEST(TlodFile, survivesDamageBehindCorrectChecksums)
 {
     const auto chunks = disassemble(toBytes(makeSyntheticDisplacedAsset(2)));

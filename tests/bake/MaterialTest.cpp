@@ -114,8 +114,8 @@ TEST_F(ObjMaterials, OneIsOfAllAndNoneIsNone)
 TEST_F(ObjMaterials, WhatIsMissingIsNamed)
 {
     writeBytes(folder.file("b.mtl"), "newmtl x\nmap_Kd lost.png\n");
-    const SourceMesh mesh = import("mtllib gone.mtl b.mtl\n" + quads + "usemtl x\nf 1 2 3\n");
-    ASSERT_EQ(mesh.warnings.size(), 2U);
+    const SourceMesh mesh = import("mtllib gone.mtl b.mtl\nmtllib ./gone.mtl\n" + quads + "usemtl x\nf 1 2 3\n");
+    ASSERT_EQ(mesh.warnings.size(), 2U) << "a file that is named twice is read once";
     EXPECT_EQ(mesh.warnings[0], folder.file("gone.mtl") + ": no such file");
     EXPECT_EQ(mesh.warnings[1], folder.file("lost.png") + ": no such file, which is map_kd of the material x");
 }

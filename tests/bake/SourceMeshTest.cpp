@@ -627,6 +627,18 @@ TEST_F(ImportMesh, BelievesNoCountThatTheFileCannotHold)
     expectFault("l.ply", list, "truncated");
 }
 
+TEST_F(ImportMesh, TakesOneElementOfEachKind)
+{
+    // Indices would be checked against the second one's number, texture coordinates be those of another.
+    const std::string ply = plyHeader("ascii", "3", "1");
+    const std::string points = "0 0 0\n1 0 0\n0 1 0\n";
+    for (const std::string element : {"vertex", "face"}) {
+        std::string twice = ply;
+        twice.insert(twice.find("element face"), "element " + element + " 9\n" + (element == "face" ? "property list uchar int a\n" : ""));
+        expectFault("twice.ply", twice + points + "3 0 1 8\n", "two elements '" + element + "'");
+    }
+}
+
 TEST_F(ImportMesh, NamesTheVertexThatIsNoPosition)
 {
     const auto ply = [](const std::string& y) {

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <memory>
@@ -229,6 +230,69 @@ TEST(HeightReader, SaysWhatIsWrongWithAFile)
     HeightOptions options;
     options.spacing = {{0.0, 1.0}};
     EXPECT_EQ(messageOf(empty, options), empty + ": the spacing of heights must be above 0");
+}
+
+TEST(HeightReader, RefusesPlacesThatAreNone)
+{
+    const TemporaryDirectory folder;
+    const std::string path = folder.file("place.tif");
+    const std::vector<std::int16_t> heights{1, 2, 3, 4};
+    const double infinity = std::numeric_limits<double>::infinity();
+    const auto messageAt = [&](bool inDegrees, const std::array<double, 2>& spacing, const std::array<double, 2>& corner) {
+        writeGeoTiff(path, inDegrees, spacing, corner, heights);
+        return messageOf(path);
+    };
+    EXPECT_EQ(messageAt(true, {1.0, 1.0}, {7.0, 45.0}), "");
+    for (const std::string& message :
+         {messageAt(true, {1.0, 1.0}, {7.0, 145.0}), // a degree of longitude is less than nothing there
+          messageAt(false, {infinity, 1.0}, {0.0, 0.0}), messageAt(false, {1e-200, 1.0}, {0.0, 0.0}),
+          messageAt(false, {1.0, 1.0}, {0.0, infinity}), messageAt(false, {1.0, 1.0}, {-1e200, 0.0})}) {
+        EXPECT_EQ(message.find(path + ": its heights have no place"), 0U) << message;
+    }
+    const std::string tile = folder.file("N95E000.hgt");
+    std::ofstream(tile) << "12345678";
+    EXPECT_NE(messageOf(tile).find("no place"), std::string::npos);
+}
+
+TEST(HeightReader, HeightsThatTheScaleMakesInfiniteAreVoids)
+{
+    const TemporaryDirectory folder;
+    const std::string path = folder.file("high.exr");
+    writeImage(path, 2, 2, OIIO::TypeDesc::FLOAT, {1e38F, 1.0F, 2.0F, 3.0F});
+    HeightOptions options;
+    options.scale = 10.0;
+    const HeightField field = readHeightField(path, options);
+    EXPECT_TRUE(field.isVoid(0, 0));
+    EXPECT_EQ(field.at(1, 0), 10.0F);
+}
+
+TEST(HeightReader, BelievesNoSizeThatTheFileCannotHold)
+{
+    const TemporaryDirectory folder;
+    const std::string path = folder.file("huge.tif");
+    TIFF* tiff = TIFFOpen(path.c_str(), "w");
+    ASSERT_NE(tiff, nullptr);
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, 40000);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, 40000);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 8);
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+    TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 40000);
+    TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE);
+    std::array<char, 4> strip{};
+    TIFFWriteRawStrip(tiff, 0, strip.data(), static_cast<tmsize_t>(strip.size()));
+    TIFFClose(tiff);
+    EXPECT_EQ(messageOf(path), path + ": claims to hold more than 16384 times its size");
+}
+
+TEST(HeightReader, ReadsAFileAsItsExtensionSays)
+{
+    const TemporaryDirectory folder;
+    const std::string picture = folder.file("a.png");
+    writeImage(picture, 2, 2, OIIO::TypeDesc::UINT8, {0.0F, 0.1F, 0.2F, 0.3F});
+    EXPECT_EQ(messageOf(picture), "");
+    const std::string renamed = folder.file("a.tif");
+    std::filesystem::rename(picture, renamed);
+    EXPECT_EQ(messageOf(renamed).find(renamed + ": "), 0U);
 }
 
 double hills(double column, double row)

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The bake command as a program: what it writes, what it says and how it ends.
 #include <asset/OpenEdges.h>
+#include <asset/SyntheticAsset.h>
 #include <bake/ProceduralMeshes.h>
 
+#include <osgTessLOD/asset/TlodFile.h>
 #include <support/FileBytes.h>
 #include <support/TemporaryDirectory.h>
 
@@ -11,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -20,6 +23,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <map>
 #include <thread>
@@ -36,10 +40,20 @@ constexpr std::chrono::seconds kSoon(10);
 
 using Arguments = std::vector<std::string>;
 
+/// What holds of the command alone: called in its process before it begins.
+using Circumstance = std::function<void()>;
+
+void limitTo(int resource, rlim_t bytes)
+{
+    const rlimit limit{bytes, bytes};
+    setrlimit(static_cast<__rlimit_resource_t>(resource), &limit);
+}
+
 /// A run of the command, with its two outputs in files of a folder of their own.
 class BakeProcess {
 public:
-    explicit BakeProcess(const Arguments& arguments)
+    explicit BakeProcess(
+        const Arguments& arguments, const Circumstance& circumstance = [] {})
     {
         std::vector<std::string> words{OSGTESSLOD_BAKE};
         words.insert(words.end(), arguments.begin(), arguments.end());
@@ -54,6 +68,7 @@ public:
             const int errFile = open(err.c_str(), O_CREAT | O_WRONLY, 0600);
             dup2(outFile, STDOUT_FILENO);
             dup2(errFile, STDERR_FILENO);
+            circumstance();
             execv(pointers[0], pointers.data());
             _exit(127);
         }
@@ -115,9 +130,10 @@ struct Outcome {
     std::string errors;
 };
 
-Outcome run(const Arguments& arguments)
+Outcome run(
+    const Arguments& arguments, const Circumstance& circumstance = [] {})
 {
-    BakeProcess process(arguments);
+    BakeProcess process(arguments, circumstance);
     const int code = process.exitCode();
     return {code, process.output(), process.errors()};
 }
@@ -146,10 +162,11 @@ protected:
     }
 
     /// That the command says why in one line, exits with 1 and leaves the folder as it is.
-    void expectRefused(const Arguments& arguments, const std::string& reason) const
+    void expectRefused(
+        const Arguments& arguments, const std::string& reason, const Circumstance& circumstance = [] {}) const
     {
         const std::size_t before = _folder.entryCount();
-        const Outcome outcome = run(arguments);
+        const Outcome outcome = run(arguments, circumstance);
         std::string said;
         for (const std::string& word : arguments) { said += word + " "; }
         EXPECT_EQ(outcome.code, 1) << said;
@@ -411,6 +428,83 @@ TEST_F(BakeCommand, AnInterruptedBakeOfAMeshEndsSoonToo)
     EXPECT_EQ(process.exitCode(kSoon), 1);
     EXPECT_NE(process.errors().find("interrupted"), std::string::npos);
     EXPECT_EQ(_folder.entryCount(), 1U);
+}
+
+TEST_F(BakeCommand, AKilledBakeLeavesTheOldFile)
+{
+    const std::string out = _folder.file("asteroid.tlod");
+    writeBytes(out, "old");
+    BakeProcess process({"builtin:asteroid", "--triangles", "20000000", "-o", out, "-q"});
+    ASSERT_TRUE(process.waitForHandler());
+    process.signal(SIGKILL);
+    EXPECT_EQ(process.exitCode(kSoon), -1);
+    EXPECT_EQ(readBytes(out), "old");
+    EXPECT_EQ(_folder.entryCount(), 1U) << "the file is begun when all of it is known";
+}
+
+TEST_F(BakeCommand, AFullDiskKeepsTheOldFile)
+{
+    const std::string path = baked();
+    const std::string out = _folder.file("old");
+    writeBytes(out, "old");
+    const auto diskIsFull = [] {
+        std::signal(SIGXFSZ, SIG_IGN);
+        limitTo(RLIMIT_FSIZE, 500); // room for the message
+    };
+    const std::string reason = out + ": cannot be written: File too large\n";
+    expectRefused({source(), "-o", out, "--max-factor", "2", "--patches", "24", "-q"}, reason, diskIsFull);
+    expectRefused({"--export", path, "-o", out, "--factor", "2"}, reason, diskIsFull);
+    const Outcome reported =
+        run({source(), "-o", _folder.file("new.tlod"), "--max-factor", "1", "--patches", "4", "-q", "--report", out},
+            diskIsFull);
+    EXPECT_EQ(reported.code, 1) << reported.errors;
+    EXPECT_EQ(readBytes(out), "old");
+}
+
+TEST_F(BakeCommand, TellsWhenItsOutputIsLost)
+{
+    const std::string path = baked();
+    const auto outputIsFull = [] { dup2(open("/dev/full", O_WRONLY), STDOUT_FILENO); };
+    for (const char* option : {"--info", "--check"}) { expectRefused({option, path}, "standard output", outputIsFull); }
+}
+
+TEST_F(BakeCommand, NamesTheFileThatTheMemoryIsTooSmallFor)
+{
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "sanitizers need more than a program without them may have";
+#endif
+    const auto memoryIsSmall = [] { limitTo(RLIMIT_AS, rlim_t{220} << 20); };
+    const std::string path = _folder.file("heavy.tlod");
+    writeTlod(path, makeSyntheticHeavyAsset());
+    for (const char* option : {"--info", "--check"}) {
+        expectRefused({option, path}, path + ": not enough memory", memoryIsSmall);
+    }
+    const std::string out = _folder.file("out");
+    expectRefused({"--export", path, "-o", out}, path + ": not enough memory", memoryIsSmall);
+    for (const char* name : {"holes.off", "N00E000.hgt"}) { // all of them zeros that take no space
+        const std::string source = _folder.file(name);
+        std::ofstream(source) << "OFF";
+        std::filesystem::resize_file(source, 2 * std::uintmax_t{20000} * 20000);
+        expectRefused({source, "-o", out, "-q"}, source + ": not enough memory", memoryIsSmall);
+    }
+}
+
+TEST_F(BakeCommand, DescribesTextsOfAnyBytes)
+{
+    const std::string path = _folder.file("bytes.tlod");
+    LodAsset asset = makeSyntheticAsset(2);
+    asset.source = "gr\xF6\xDF";
+    writeTlod(path, asset);
+    const Outcome info = run({"--info", path});
+    ASSERT_EQ(info.code, 0) << info.errors;
+    EXPECT_EQ(nlohmann::json::parse(info.output)["source"], "gr\uFFFD\uFFFD");
+
+    const std::string mesh = _folder.file("\xFF.off");
+    std::filesystem::rename(source(), mesh);
+    const std::string report = _folder.file("report.json");
+    const Outcome bake = run({mesh, "-o", path, "--max-factor", "1", "--patches", "24", "-q", "--report", report});
+    ASSERT_EQ(bake.code, 0) << bake.errors;
+    EXPECT_EQ(nlohmann::json::parse(readBytes(report))["source_triangles"], 1280U);
 }
 
 TEST_F(BakeCommand, NamesTheColourImageRelativeToTheOutput)

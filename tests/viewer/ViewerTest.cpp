@@ -337,6 +337,35 @@ TEST_F(Viewer, EndsWithAMessageWhereThereIsNothingToShow)
     EXPECT_EQ(folder.entryCount(), before + 2);
 }
 
+TEST_F(Viewer, EndsWithAMessageWhereNothingCanBeDrawn)
+{
+    const Outcome outcome = runViewer(folder, "--headless --screenshot " + folder.file("p.png") + " " + model(),
+                                      "MESA_GL_VERSION_OVERRIDE=3.2COMPAT MESA_GLSL_VERSION_OVERRIDE=150");
+    if (outcome.output.find("OpenGL 3.3 is needed") == std::string::npos) { GTEST_SKIP() << outcome.output; } // not Mesa
+    EXPECT_EQ(outcome.status, 1) << outcome.output;
+    EXPECT_NE(outcome.output.find("x.tlod: cannot be drawn by OpenGL 3.2"), std::string::npos) << outcome.output;
+    EXPECT_EQ(folder.entryCount(), 1U);
+}
+
+TEST_F(Viewer, NamesTheFileThatTheMemoryIsTooSmallFor)
+{
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "sanitizers need more than a program without them may have";
+#endif
+    writeTlod(folder.file("heavy.tlod"), makeSyntheticHeavyAsset());
+    const std::string arguments = "--headless --stats " + folder.file("s.json") + " " + folder.file("heavy.tlod");
+    const Outcome outcome = runViewer(folder, arguments, "prlimit --as=" + std::to_string(220 << 20));
+    EXPECT_EQ(outcome.status, 1) << outcome.output;
+    EXPECT_NE(outcome.output.find("heavy.tlod: not enough memory"), std::string::npos) << outcome.output;
+}
+
+TEST_F(Viewer, TellsWhenItsOutputIsLost)
+{
+    const Outcome outcome = runViewer(folder, "--headless --size 16x16 " + model(), "sh -c '\"$@\" > /dev/full' sh");
+    EXPECT_EQ(outcome.status, 1) << outcome.output;
+    EXPECT_NE(outcome.output.find("standard output"), std::string::npos) << outcome.output;
+}
+
 TEST_F(Viewer, RefusesMalformedArguments)
 {
     for (const std::string& arguments : std::vector<std::string>{"--size 10",
