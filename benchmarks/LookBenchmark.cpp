@@ -34,6 +34,8 @@ constexpr int kSamples = 4;
 /// Of the eye from the middle, in radii of the bounding sphere.
 constexpr std::array<double, 4> kDistances{2.0, 4.0, 10.0, 40.0};
 constexpr int kNear = 8; ///< steps of 255 that colours may differ by and still look alike
+/// What every level is drawn from, as kDistances.
+constexpr double kDistanceOfFactors = 4.0;
 
 /// Reads the picture at the end of a frame: red, green, blue and whether anything was drawn.
 class Picture : public osg::Camera::DrawCallback {
@@ -181,10 +183,29 @@ public:
         _viewer.setSceneData(_shown.get());
         _viewer.realize();
         if (!_viewer.isRealized()) { throw std::runtime_error("the OpenGL context could not be made"); }
-        drawFrom(kDistances.front(), 0); // what a context draws first is brighter
+        drawFrom(kDistances.front(), kFull); // what a context draws first is brighter
     }
 
-    osg::ref_ptr<osg::Image> drawFrom(double distance, unsigned which)
+    enum Shown : unsigned { kBaked, kFull };
+
+    /// What the baked model keeps: an error of one pixel of a picture.
+    void askForOnePixel()
+    {
+        SelectionOptions options;
+        options.errorPixels = kSamples;
+        _drawable->setOptions(options);
+    }
+    /// All patches at this factor, or at their finest level where that is coarser.
+    void askForFactor(unsigned factor)
+    {
+        SelectionOptions options;
+        options.errorPixels = 1e-6;
+        options.maxFactor = factor;
+        _drawable->setOptions(options);
+    }
+    const std::vector<std::uint16_t>& factors() const { return _drawable->getAsset()->ladder; }
+
+    osg::ref_ptr<osg::Image> drawFrom(double distance, Shown which)
     {
         const osg::BoundingSphere& sphere = _drawable->getBound();
         const osg::Vec3d center(sphere.center());
@@ -210,9 +231,6 @@ private:
         osg::ref_ptr<TessLODDrawable> drawable =
             new TessLODDrawable(std::make_shared<const LodAsset>(std::move(asset)));
         addMaterialStates(*drawable, "", nullptr);
-        SelectionOptions options;
-        options.errorPixels = kSamples;
-        drawable->setOptions(options);
         return drawable;
     }
 
@@ -222,23 +240,35 @@ private:
     osgViewer::Viewer _viewer;
 };
 
-void keep(const osg::Image& image, const LookBenchmarkOptions& options, const std::string& scene, double distance,
-          const char* which)
+void keep(const osg::Image& image, const LookBenchmarkOptions& options, const std::string& scene,
+          const std::string& which)
 {
     if (options.keepFolder.empty()) { return; }
-    const std::string path = fmt::format("{}/{}_{:g}_{}.png", options.keepFolder, scene, distance, which);
+    const std::string path = fmt::format("{}/{}_{}.png", options.keepFolder, scene, which);
     if (!osgDB::writeImageFile(image, path)) { throw std::runtime_error(path + ": cannot be written"); }
 }
 
-std::vector<std::string> tableRow(const Json& row)
+Json asJson(const Difference& difference)
 {
-    return {row["scene"].get<std::string>(),
-            fmt::format("{:g}", row["distance"].get<double>()),
-            grouped(row["pixels"].get<std::uint64_t>()),
-            grouped(row["silhouette"].get<std::uint64_t>()),
-            fmt::format("{:.3f}", row["mean"].get<double>()),
-            fmt::format("{:.3f}", 100.0 * row["nearShare"].get<double>()),
-            std::to_string(row["largest"].get<int>())};
+    return {{"pixels", difference.pixels},
+            {"silhouette", difference.silhouette},
+            {"mean", difference.mean},
+            {"nearShare", difference.nearShare},
+            {"largest", difference.largest}};
+}
+
+std::vector<std::string> cells(const Difference& difference)
+{
+    return {grouped(difference.pixels), grouped(difference.silhouette), fmt::format("{:.3f}", difference.mean),
+            fmt::format("{:.3f}", 100.0 * difference.nearShare), std::to_string(difference.largest)};
+}
+
+/// A row of the table, led by these cells.
+std::vector<std::string> row(std::vector<std::string> first, const Difference& difference)
+{
+    const std::vector<std::string> rest = cells(difference);
+    first.insert(first.end(), rest.begin(), rest.end());
+    return first;
 }
 
 } // namespace
@@ -246,36 +276,46 @@ std::vector<std::string> tableRow(const Json& row)
 BenchmarkResult benchmarkLook(const std::vector<Scene>& scenes, const LookBenchmarkOptions& options)
 {
     BenchmarkResult result;
-    result.tables.emplace_back().headers = {"scene",           "distance",   "pixels", "silhouette",
-                                            "mean difference", "within 8 %", "largest"};
+    result.tables.resize(2);
+    ResultTable& byDistance = result.tables[0];
+    ResultTable& byFactor = result.tables[1];
+    byDistance.headers = {"scene", "distance", "pixels", "silhouette", "mean difference", "within 8 %", "largest"};
+    byFactor.headers = {"scene", "factor", "pixels", "silhouette", "mean difference", "within 8 %", "largest"};
+    Json factors = Json::array();
     double mean = 0.0;
     double nearShare = 1.0;
     for (const Scene& scene : scenes) {
         try {
             Stage stage(scene, options.colorImage);
+            stage.askForOnePixel();
             for (const double distance : kDistances) {
-                const osg::ref_ptr<osg::Image> ours = stage.drawFrom(distance, 0);
-                const osg::ref_ptr<osg::Image> full = stage.drawFrom(distance, 1);
+                const osg::ref_ptr<osg::Image> ours = stage.drawFrom(distance, Stage::kBaked);
+                const osg::ref_ptr<osg::Image> full = stage.drawFrom(distance, Stage::kFull);
                 const Difference difference = compare(*ours, *full);
-                keep(*ours, options, scene.name, distance, "baked");
-                keep(*full, options, scene.name, distance, "full");
-                result.rows.push_back({{"scene", scene.name},
-                                       {"distance", distance},
-                                       {"pixels", difference.pixels},
-                                       {"silhouette", difference.silhouette},
-                                       {"mean", difference.mean},
-                                       {"nearShare", difference.nearShare},
-                                       {"largest", difference.largest}});
-                result.tables.front().rows.push_back(tableRow(result.rows.back()));
+                keep(*ours, options, scene.name, fmt::format("{:g}_baked", distance));
+                keep(*full, options, scene.name, fmt::format("{:g}_full", distance));
+                result.rows.push_back({{"scene", scene.name}, {"distance", distance}});
+                result.rows.back().update(asJson(difference));
+                byDistance.rows.push_back(row({scene.name, fmt::format("{:g}", distance)}, difference));
                 mean = std::max(mean, difference.mean);
                 nearShare = std::min(nearShare, difference.nearShare);
+            }
+            const osg::ref_ptr<osg::Image> full = stage.drawFrom(kDistanceOfFactors, Stage::kFull);
+            for (const unsigned factor : stage.factors()) {
+                stage.askForFactor(factor);
+                const osg::ref_ptr<osg::Image> level = stage.drawFrom(kDistanceOfFactors, Stage::kBaked);
+                const Difference difference = compare(*level, *full);
+                keep(*level, options, scene.name, fmt::format("factor_{}", factor));
+                factors.push_back({{"scene", scene.name}, {"factor", factor}});
+                factors.back().update(asJson(difference));
+                byFactor.rows.push_back(row({scene.name, std::to_string(factor)}, difference));
             }
             result.glRenderer = stage.renderer();
         } catch (const std::exception& error) {
             result.failures.push_back(scene.name + ": " + error.what());
         }
     }
-    result.summary = {{"largest_mean_difference", mean}, {"least_share_within_8", nearShare}};
+    result.summary = {{"largest_mean_difference", mean}, {"least_share_within_8", nearShare}, {"factors", factors}};
     return result;
 }
 

@@ -80,7 +80,8 @@ RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned facto
     _materials = _base->materials();
     _topology = _base->topology();
     const std::size_t ofBase = _topology.patches.size();
-    const std::size_t mostPatches = std::max(kMostGrowth * ofBase, std::min(kMostGrowthOfFew * ofBase, kAlwaysAllowed));
+    const std::size_t ofFew = std::max(kMostGrowthOfFew * ofBase, std::size_t{_base->sourceTriangles()});
+    const std::size_t mostPatches = std::max(kMostGrowth * ofBase, std::min(ofFew, kAlwaysAllowed));
     std::vector<FacePoint> samples = samplePoints(_base->source());
     _samples.positions.resize(samples.size());
     _samples.patches.resize(samples.size());

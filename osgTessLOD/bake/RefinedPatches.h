@@ -22,7 +22,8 @@ class OSGTESSLOD_EXPORT RefinedPatches : public PatchMap {
 public:
     /// Bisects patches while their surface, sampled at the pattern of `factor`, is farther than `tolerance` (of the model's
     /// size) from the source either way, the worst first; but not in more than kMostRounds rounds, no more once there
-    /// are kMostGrowth times as many patches and either kMostGrowthOfFew times as many or kAlwaysAllowed, and not what is no nearer for many rounds. After kEvenRounds the
+    /// are kMostGrowth times as many patches and either kAlwaysAllowed or kMostGrowthOfFew times as many (of small meshes: as many as
+    /// triangles), and not what is no nearer for many rounds. After kEvenRounds the
     /// pieces keep their parameters.
     RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned factor, double tolerance, Progress& progress);
 
