@@ -47,9 +47,8 @@ void DrawContext::release(osg::State& state)
     if (state._extensionMap.count(&typeid(DrawContext)) == 0) { return; }
     auto* context = state.get<DrawContext>();
     auto* manager = osg::get<DrawBufferManager>(context->_contextId);
-    if (context->_stream != 0) { manager->scheduleGLObjectForDeletion(context->_stream); }
+    for (const unsigned buffer : context->_streams.release()) { manager->scheduleGLObjectForDeletion(buffer); }
     for (const auto& [factor, buffer] : context->_patterns) { manager->scheduleGLObjectForDeletion(buffer); }
-    context->_stream = 0;
     context->_patterns.clear();
 }
 
@@ -86,23 +85,6 @@ bool DrawContext::canTessellate(osg::State& state, const std::vector<std::uint16
                  << std::endl;
     }
     return _tessellates;
-}
-
-void DrawContext::bindStream(osg::State& state, std::initializer_list<Block> blocks)
-{
-    const auto* gl = state.get<osg::GLExtensions>();
-    if (_stream == 0) { gl->glGenBuffers(1, &_stream); }
-    gl->glBindBuffer(GL_ARRAY_BUFFER_ARB, _stream);
-    std::size_t bytes = 0;
-    for (const Block& block : blocks) { bytes += block.bytes; }
-    gl->glBufferData(GL_ARRAY_BUFFER_ARB, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_DRAW_ARB);
-    std::size_t first = 0;
-    for (const Block& block : blocks) {
-        if (block.bytes == 0) { continue; }
-        gl->glBufferSubData(GL_ARRAY_BUFFER_ARB, static_cast<GLintptr>(first), static_cast<GLsizeiptr>(block.bytes),
-                            block.data);
-        first += block.bytes;
-    }
 }
 
 void DrawContext::bindPattern(osg::State& state, unsigned factor)

@@ -3,6 +3,7 @@
 
 #include <osgTessLOD/Export.h>
 #include <osgTessLOD/render/SelectionOptions.h>
+#include <osgTessLOD/render/StreamBuffers.h>
 
 #include <osg/Referenced>
 #include <osg/State>
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
-#include <initializer_list>
 #include <limits>
 #include <map>
 #include <optional>
@@ -19,9 +19,8 @@
 
 namespace osgTessLOD {
 
-/// What drawing needs per osg::State, that is, per graphics context: what the context can do, asked for once; a vertex buffer
-/// that every draw fills anew (so that the driver gives it fresh memory while the last content is still being read); and the
-/// index buffers of patterns. Lives in the State and is used by its graphics thread only.
+/// What drawing needs per osg::State, that is, per graphics context: what the context can do, asked for once; vertex buffers for
+/// what is drawn; and the index buffers of patterns. Lives in the State and is used by its graphics thread only.
 class OSGTESSLOD_EXPORT DrawContext : public osg::Referenced {
 public:
     /// Made by osg::State::get.
@@ -62,12 +61,7 @@ public:
     /// draws of 16, 1.1 s in draws of 64 and 4.9 s in draws of 60,000 vertices.
     static constexpr std::uint64_t kSoftwareTessellatedVertices = 4'000;
 
-    struct Block {
-        const void* data;
-        std::size_t bytes;
-    };
-    /// Binds the buffer, filled with these one after the other, to GL_ARRAY_BUFFER.
-    void bindStream(osg::State& state, std::initializer_list<Block> blocks);
+    StreamBuffers& streams() { return _streams; }
     /// Binds the triangles of the factor's pattern, 16-bit indices, to GL_ELEMENT_ARRAY_BUFFER.
     void bindPattern(osg::State& state, unsigned factor);
     /// Draw calls made for patches since the context is known.
@@ -93,7 +87,7 @@ private:
     std::int64_t _texelLimit = std::numeric_limits<std::int64_t>::max();
     bool _isSoftware = true;
     std::uint64_t _drawCalls = 0;
-    unsigned _stream = 0;
+    StreamBuffers _streams;
     std::map<unsigned, unsigned> _patterns; ///< buffers by factor
 };
 

@@ -23,7 +23,7 @@ void drawVertices(std::size_t first, std::size_t count)
     glDrawArrays(GL_PATCHES, static_cast<GLint>(first), static_cast<GLsizei>(count));
 }
 
-/// The records are in a buffer that this draw fills.
+/// The records are in a buffer that holds them already, or that this draw fills.
 class RecordsDraw : public PatchDraw {
 public:
     RecordsDraw(osg::State& state, const DrawnRecords& records)
@@ -31,9 +31,9 @@ public:
         , _recordBytes(records.records.size() * sizeof(PatchRecord))
         , _arePlaced(!records.placements.empty())
     {
-        DrawContext::of(state).bindStream(state,
-                                          {{records.records.data(), _recordBytes},
-                                           {records.placements.data(), records.placements.size() * sizeof(GLuint)}});
+        DrawContext::of(state).streams().bind(
+            state, {{records.records.data(), _recordBytes},
+                    {records.placements.data(), records.placements.size() * sizeof(GLuint)}});
         if (_arePlaced) { state.get<osg::GLExtensions>()->glEnableVertexAttribArray(kPlacementAttribute); }
     }
     ~RecordsDraw() override
