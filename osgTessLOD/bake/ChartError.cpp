@@ -18,7 +18,9 @@ SamplesByPatch::SamplesByPatch(const SourceSamples& samples, std::size_t patches
     for (const std::uint32_t p : samples.patches) { ++_first[p + 1]; }
     for (std::size_t p = 0; p < patches; ++p) { _first[p + 1] += _first[p]; }
     std::vector<std::uint32_t> next(_first.begin(), _first.end() - 1);
-    for (std::size_t i = 0; i < _order.size(); ++i) { _order[next[samples.patches[i]]++] = static_cast<std::uint32_t>(i); }
+    for (std::size_t i = 0; i < _order.size(); ++i) {
+        _order[next[samples.patches[i]]++] = static_cast<std::uint32_t>(i);
+    }
 }
 
 PatchDistance::PatchDistance(const SourceMesh& source)
@@ -27,9 +29,9 @@ PatchDistance::PatchDistance(const SourceMesh& source)
 }
 
 double PatchDistance::twoSided(const std::vector<Vector3d>& positions, const TessellationPattern& pattern,
-                               const SamplesByPatch& samples, std::size_t patch) const
+                               const SamplesByPatch& samples, std::size_t patch, double enough) const
 {
-    double largest = 0.0;
+    double largest = enough;
     const SurfaceDistance toPatch(positions, pattern.triangles());
     samples.forEach(patch, [&](const Vector3d& sample) {
         largest = std::max(largest, toPatch.distanceBeyond(sample, largest, std::numeric_limits<double>::infinity()));
@@ -54,12 +56,14 @@ double PatchDistance::twoSided(const std::vector<Vector3d>& positions, const Tes
 
 void measureChartErrors(const SourceMesh& source, const SourceSamples& samples, ChartSet& set, Progress& progress)
 {
+    constexpr double kAccuracy =
+        1e-7; // of SurfaceDistance, relative to the source's size, which is 1 in the working frame
     progress.begin("chart distance", set.charts.size(), "patches");
     const SamplesByPatch byPatch(samples, set.charts.size());
     const PatchDistance distance(source);
     const TessellationPattern pattern(set.factor);
     tbb::parallel_for(std::size_t{0}, set.charts.size(), [&](std::size_t p) {
-        set.charts[p].chartError = distance.twoSided(set.charts[p].positions, pattern, byPatch, p);
+        set.charts[p].chartError = distance.twoSided(set.charts[p].positions, pattern, byPatch, p, kAccuracy);
         progress.step(1);
     });
     progress.end();

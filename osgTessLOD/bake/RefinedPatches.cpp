@@ -105,7 +105,7 @@ RefinedPatches::RefinedPatches(std::unique_ptr<ControlMesh> base, unsigned facto
                 const auto b = TessellationPattern::barycentric(factor, v);
                 positions[v] = position({static_cast<std::uint32_t>(p), Vector3d(b[0], b[1], b[2]) / (3.0 * factor)});
             }
-            descents[p].add(distance.twoSided(positions, pattern, byPatch, p));
+            descents[p].add(distance.twoSided(positions, pattern, byPatch, p, tolerance));
             progress.step(round == 0 ? 1 : 0);
         });
         std::vector<std::uint32_t> rough;

@@ -34,7 +34,7 @@ public:
     static constexpr std::size_t kAlwaysAllowed = 1024;
 
     const ControlMesh& base() const { return *_base; }
-    /// The largest distance that is left between any patch and the source, of the model's size.
+    /// The largest distance that is left between any patch and the source, of the model's size; the tolerance if all are nearer.
     double roughest() const { return _roughest; }
     std::uint64_t sourceTriangles() const override { return _base->sourceTriangles(); }
     SurfacePoint evaluate(std::uint32_t patch, const Eigen::Vector3d& barycentric) const override;
