@@ -95,6 +95,7 @@ void DrawContext::bindStream(osg::State& state, std::initializer_list<Block> blo
     gl->glBindBuffer(GL_ARRAY_BUFFER_ARB, _stream);
     std::size_t bytes = 0;
     for (const Block& block : blocks) { bytes += block.bytes; }
+    _streamedBytes += bytes;
     gl->glBufferData(GL_ARRAY_BUFFER_ARB, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_DRAW_ARB);
     std::size_t first = 0;
     for (const Block& block : blocks) {

@@ -73,6 +73,8 @@ public:
     /// Draw calls made for patches since the context is known.
     std::uint64_t drawCalls() const { return _drawCalls; }
     void countDrawCall() { ++_drawCalls; }
+    /// Bytes sent by bindStream since then.
+    std::uint64_t streamedBytes() const { return _streamedBytes; }
     /// Leaves no buffers bound and OSG's bookkeeping saying so.
     static void unbind(osg::State& state);
 
@@ -93,6 +95,7 @@ private:
     std::int64_t _texelLimit = std::numeric_limits<std::int64_t>::max();
     bool _isSoftware = true;
     std::uint64_t _drawCalls = 0;
+    std::uint64_t _streamedBytes = 0;
     unsigned _stream = 0;
     std::map<unsigned, unsigned> _patterns; ///< buffers by factor
 };
