@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "CameraPaths.h"
 #include "ResultTable.h"
 #include "Scenes.h"
 
@@ -104,6 +105,22 @@ BenchmarkResult benchmarkLook(const std::vector<Scene>& scenes, const LookBenchm
 /// factors are from the scene by the ways to sample displacement (Livny et al. 2012, table 5). A ray that meets its patch other
 /// than once fails the scene.
 BenchmarkResult benchmarkDisplacement(const std::vector<Scene>& scenes, const std::vector<unsigned>& factors, std::size_t rays);
+
+struct CurveBenchmarkOptions {
+    std::vector<std::string> paths = pathNames();
+    PathOptions path;
+    std::vector<double> errorsPixels{0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0}; ///< asked for
+    unsigned runs = 3;                        ///< of each frame, to take the median of
+    std::size_t points = 20'000;              ///< of either surface that are measured in a frame
+    unsigned maxFactor = 64;                  ///< of the finest levels
+    unsigned simplifierSeconds = 60;          ///< that osgUtil::Simplifier may take for its levels
+    std::uint64_t mostTriangles = 20'000'000; ///< of a frame of full meshes; where there would be more, they are left out
+    unsigned seed = 1;                        ///< of the order in which contestants are drawn
+};
+
+/// Draws every scene along paths with our techniques and with what else is used, each for these errors, and compares what
+/// is drawn with the source: error on screen, triangles, times, memory, pictures.
+BenchmarkResult benchmarkCurves(const std::vector<Scene>& scenes, const CurveBenchmarkOptions& options);
 
 /// 0 without values.
 double median(std::vector<double> values);

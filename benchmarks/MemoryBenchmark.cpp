@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "BakedScene.h"
 #include "Benchmark.h"
+#include "GpuBytes.h"
 
 #include <osgTessLOD/asset/AssetSummary.h>
 #include <osgTessLOD/asset/TlodFile.h>
-#include <osgTessLOD/render/AssetPages.h>
 
 #include <fmt/format.h>
 
@@ -18,31 +18,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Bytes of the texture buffers of an asset, as they are uploaded.
-struct GpuBytes {
-    double vertices = 0.0; ///< of all levels, and the patches' table
-    double parameters = 0.0;
-    double normals = 0.0;
-    double attributes = 0.0; ///< texture coordinates and colours
-};
-
-GpuBytes gpuBytes(const LodAsset& asset)
-{
-    const osg::ref_ptr<AssetPages> pages = new AssetPages(asset, std::numeric_limits<std::int32_t>::max());
-    GpuBytes bytes;
-    for (const AssetPage& page : pages->pages()) {
-        for (const TexelBuffer& buffer : page.buffers) {
-            double& sum = buffer.unit == AssetPages::kNormalsUnit      ? bytes.normals
-                          : buffer.unit == AssetPages::kParametersUnit ? bytes.parameters
-                          : buffer.unit == AssetPages::kUvsUnit || buffer.unit == AssetPages::kColorsUnit
-                              ? bytes.attributes
-                              : bytes.vertices;
-            sum += buffer.data->getTotalDataSize();
-        }
-    }
-    return bytes;
-}
-
 double fileBytes(const LodAsset& asset)
 {
     std::ostringstream stream;
@@ -55,15 +30,16 @@ Json measure(const Scene& scene)
     LodAsset asset = loadOrBake(scene);
     const auto vertices = static_cast<double>(summarize(asset).finestVertices);
     const GpuBytes gpu = gpuBytes(asset);
+    const auto perVertex = [&](std::uint64_t bytes) { return static_cast<double>(bytes) / vertices; };
     const double file = fileBytes(asset);
     asset.normals = NormalTexture();
     for (LodLevel& level : asset.levels) { level.parameters.clear(); } // only normals are looked up by them
     return {{"scene", scene.name},
             {"finestVertices", summarize(asset).finestVertices},
-            {"gpuVertices", gpu.vertices / vertices},
-            {"gpuParameters", gpu.parameters / vertices},
-            {"gpuNormals", gpu.normals / vertices},
-            {"gpuAttributes", gpu.attributes / vertices},
+            {"gpuVertices", perVertex(gpu.vertices)},
+            {"gpuParameters", perVertex(gpu.parameters)},
+            {"gpuNormals", perVertex(gpu.normals)},
+            {"gpuAttributes", perVertex(gpu.attributes)},
             {"file", file / vertices},
             {"fileWithoutNormals", fileBytes(asset) / vertices}};
 }

@@ -4,6 +4,7 @@
 #include <osgTessLOD/asset/SurfaceMesh.h>
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/bake/BuiltinSurface.h>
+#include <osgTessLOD/bake/HeightField.h>
 #include <osgTessLOD/bake/PatchChart.h>
 #include <osgTessLOD/bake/SourceMesh.h>
 
@@ -16,6 +17,15 @@ namespace {
 
 /// Charts sample a patch at so many times its finest factor.
 constexpr unsigned kReferenceOversampling = 2;
+
+/// The samples of a height image, small voids filled as a bake does.
+bake::SourceMesh triangulateHeights(const std::string& path)
+{
+    const bake::HeightOptions options;
+    bake::HeightField field = bake::readHeightField(path, options);
+    bake::fillVoids(field, options.largestFilledVoid);
+    return bake::triangulate(field);
+}
 
 /// The built-in surface's map sampled on the pattern of `factor`, each patch for itself.
 bake::SourceMesh sampleBuiltin(const Scene& scene, unsigned factor)
@@ -43,8 +53,9 @@ bake::SourceMesh sampleBuiltin(const Scene& scene, unsigned factor)
 
 Triangles sourceTriangles(const Scene& scene, unsigned finestFactor)
 {
-    bake::SourceMesh mesh = isBuiltin(scene) ? sampleBuiltin(scene, kReferenceOversampling * finestFactor)
-                                             : bake::importMesh(scene.source);
+    bake::SourceMesh mesh = isBuiltin(scene)                  ? sampleBuiltin(scene, kReferenceOversampling * finestFactor)
+                            : bake::isHeightFile(scene.source) ? triangulateHeights(scene.source)
+                                                               : bake::importMesh(scene.source);
     bake::cleanMesh(mesh);
     return {std::move(mesh.positions), std::move(mesh.triangles)};
 }

@@ -20,8 +20,8 @@ struct Triangles {
     std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// What a scene is baked from, one surface without duplicate vertices: the cleaned mesh, or for a built-in surface, of
-/// which there is none, its map sampled as the charts are, on the pattern of twice the finest factor.
+/// What a scene is baked from, one surface without duplicate vertices: the cleaned mesh, the samples of a height image, or for a
+/// built-in surface, of which there are none, its map sampled as the charts are, on the pattern of twice the finest factor.
 /// Throws AssetError for bad input.
 Triangles sourceTriangles(const Scene& scene, unsigned finestFactor);
 

@@ -22,8 +22,10 @@ using namespace osgTessLOD::benchmarks;
 struct Arguments {
     std::vector<std::string> scenes;
     std::string jsonFile;
+    std::string csvFile;
     BakeBenchmarkOptions bake;
     LookBenchmarkOptions look;
+    CurveBenchmarkOptions curve;
     std::vector<std::string> methods;
     unsigned frames = 20;
     unsigned sceneFrames = SceneBenchmarkOptions().frames;
@@ -46,7 +48,33 @@ void declareCommon(CLI::App& command, Arguments& arguments)
         ->allow_extra_args(false);
     command.add_flag("--quick", arguments.quick, "measure the two smallest scenes a few times: under a minute");
     command.add_option("--json", arguments.jsonFile, "write all figures to this file");
+    command.add_option("--csv", arguments.csvFile, "write the rows, without what has parts, as comma-separated values");
     command.add_flag("--markdown", arguments.markdown, "print the tables as Markdown, and nothing else");
+}
+
+void declareCurve(CLI::App& command, Arguments& arguments)
+{
+    CurveBenchmarkOptions& options = arguments.curve;
+    command.add_option("--path", options.paths, "draw along this path only; may be given several times")
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember(pathNames()));
+    command.add_option("--frames", options.path.frames, "frames of each path")
+        ->capture_default_str()
+        ->check(CLI::Range(2, 1000));
+    command.add_option("--width", options.path.width, "pixels")->capture_default_str()->check(CLI::Range(16, 16384));
+    command.add_option("--height", options.path.height, "pixels")->capture_default_str()->check(CLI::Range(16, 16384));
+    command.add_option("--runs", options.runs, "times of each frame to take the median of, after one to warm up")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1000));
+    command.add_option("--points", options.points, "of each surface that are measured in each frame")
+        ->capture_default_str()
+        ->check(CLI::Range(100, 10000000));
+    command.add_option("--limit", options.simplifierSeconds, "seconds that osgUtil::Simplifier may take for its levels")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000));
+    command.add_option("--most-triangles", options.mostTriangles, "where the full mesh would have more, it is not drawn")
+        ->capture_default_str();
+    command.add_option("--seed", options.seed, "of the order that contestants are drawn in")->capture_default_str();
 }
 
 std::vector<Scene> scenesOf(const Arguments& arguments)
@@ -63,6 +91,42 @@ void writeReport(osgTessLOD::AtomicFile& file, const BenchmarkResult& result)
     if (!result.glRenderer.empty()) { machine["glRenderer"] = result.glRenderer; }
     const nlohmann::ordered_json report{{"summary", result.summary}, {"rows", result.rows}, {"machine", machine}};
     file.stream() << report.dump(2) << '\n';
+    file.commit();
+}
+
+/// A number or a text; a text with commas or quotes is quoted.
+std::string csvCell(const nlohmann::ordered_json& value)
+{
+    if (value.is_null()) { return ""; }
+    if (!value.is_string()) { return value.dump(); }
+    const auto text = value.get<std::string>();
+    if (text.find_first_of(",\"\n") == std::string::npos) { return text; }
+    std::string quoted = "\"";
+    for (const char c : text) { quoted += c == '"' ? "\"\"" : std::string(1, c); }
+    return quoted + '"';
+}
+
+/// The first row names the columns: keys of the first of `rows`, but for those of objects and arrays.
+void writeCsv(osgTessLOD::AtomicFile& file, const nlohmann::ordered_json& rows)
+{
+    std::vector<std::string> keys;
+    if (!rows.empty()) {
+        for (const auto& [key, value] : rows.front().items()) {
+            if (!value.is_structured()) { keys.push_back(key); }
+        }
+    }
+    const auto writeLine = [&](const auto& cellOf) {
+        const char* separator = "";
+        for (const std::string& key : keys) {
+            file.stream() << separator << cellOf(key);
+            separator = ",";
+        }
+        file.stream() << '\n';
+    };
+    writeLine([](const std::string& key) { return csvCell(key); });
+    for (const nlohmann::ordered_json& row : rows) {
+        writeLine([&](const std::string& key) { return row.contains(key) ? csvCell(row[key]) : std::string(); });
+    }
     file.commit();
 }
 
@@ -87,7 +151,21 @@ void printTables(const std::vector<ResultTable>& tables, bool markdown)
     }
 }
 
-enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory, Scene, Throughput, Terrain, Look, Displacement };
+enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory, Scene, Throughput, Terrain, Look, Displacement, Curve };
+
+CurveBenchmarkOptions curveOptions(const Arguments& arguments)
+{
+    CurveBenchmarkOptions options = arguments.curve;
+    if (arguments.quick) {
+        options.path = {480, 300, 2, 6};
+        options.errorsPixels = {0.5, 2.0, 8.0};
+        options.runs = 1;
+        options.points = 4000;
+        options.maxFactor = 8;
+        options.simplifierSeconds = std::min(options.simplifierSeconds, 5U);
+    }
+    return options;
+}
 
 BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const Arguments& arguments)
 {
@@ -109,6 +187,7 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
                               arguments.quick ? kQuickPoints : arguments.points);
     case Command::Memory: return benchmarkMemory(scenes);
     case Command::Terrain: return benchmarkTerrain(scenes);
+    case Command::Curve: return benchmarkCurves(scenes, curveOptions(arguments));
     case Command::Look: return benchmarkLook(scenes, arguments.look);
     case Command::Scene:
         return benchmarkScenes(scenes, arguments.quick
@@ -131,7 +210,7 @@ bool takesScansByName(Command command)
 {
     return command == Command::Simplify || command == Command::Levels || command == Command::Ladder ||
            command == Command::Bound || command == Command::Memory || command == Command::Scene ||
-           command == Command::Throughput || command == Command::Displacement;
+           command == Command::Throughput || command == Command::Displacement || command == Command::Curve;
 }
 
 bool takesBakedScenes(Command command)
@@ -155,13 +234,17 @@ int run(Command command, const Arguments& arguments)
         }
     }
     // Before anything is measured: a file that cannot be written is to be known at once.
-    std::unique_ptr<osgTessLOD::AtomicFile> file;
-    if (!arguments.jsonFile.empty()) { file = std::make_unique<osgTessLOD::AtomicFile>(arguments.jsonFile); }
+    const auto fileAt = [](const std::string& path) {
+        return path.empty() ? nullptr : std::make_unique<osgTessLOD::AtomicFile>(path);
+    };
+    const std::unique_ptr<osgTessLOD::AtomicFile> jsonFile = fileAt(arguments.jsonFile);
+    const std::unique_ptr<osgTessLOD::AtomicFile> csvFile = fileAt(arguments.csvFile);
 
     const BenchmarkResult result = measure(command, scenes, arguments);
     printTables(result.tables, arguments.markdown);
     if (!arguments.markdown && !result.glRenderer.empty()) { fmt::print("GL renderer: {}\n", result.glRenderer); }
-    if (file) { writeReport(*file, result); }
+    if (jsonFile) { writeReport(*jsonFile, result); }
+    if (csvFile) { writeCsv(*csvFile, result.rows); }
     for (const std::string& failure : result.failures) { fmt::print(stderr, "osgtesslodbench: {}\n", failure); }
     return result.failures.empty() ? 0 : 1;
 }
@@ -214,7 +297,9 @@ int main(int argc, char** argv)
     CLI::App* look = app.add_subcommand("look", "pictures of what is drawn, compared with those of all triangles");
     look->add_option("--color-image", arguments.look.colorImage, "image of the surface's colour")->check(CLI::ExistingFile);
     look->add_option("--keep", arguments.look.keepFolder, "keep the pictures in this folder")->check(CLI::ExistingDirectory);
-    for (CLI::App* command : {bound, view, select, memory, scene, throughput, terrain, look, displacement}) { declareCommon(*command, arguments); }
+    CLI::App* curve = app.add_subcommand("curve", "triangles, times and memory by the error of what is drawn, beside other LODs");
+    declareCurve(*curve, arguments);
+    for (CLI::App* command : {curve, bound, view, select, memory, scene, throughput, terrain, look, displacement}) { declareCommon(*command, arguments); }
     look->get_option("--scene")->required();
     declareCommon(*bake, arguments);
     declareCommon(*levels, arguments);
@@ -262,6 +347,7 @@ int main(int argc, char** argv)
                    : terrain->parsed()    ? Command::Terrain
                    : look->parsed()       ? Command::Look
                    : displacement->parsed() ? Command::Displacement
+                   : curve->parsed()      ? Command::Curve
                                           : Command::Metric,
                    arguments);
     } catch (const std::exception& error) {

@@ -18,13 +18,25 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-/// Squared distance from the origin to the segment ab.
-double squaredDistanceToSegment(const Vector3d& a, const Vector3d& b)
+/// The point of the segment ab that is nearest to the origin.
+Vector3d nearestOnSegment(const Vector3d& a, const Vector3d& b)
 {
     const Vector3d ab = b - a;
     const double length = ab.squaredNorm();
     const double at = length > 0.0 ? std::clamp(-a.dot(ab) / length, 0.0, 1.0) : 0.0;
-    return (a + at * ab).squaredNorm();
+    return a + at * ab;
+}
+
+/// Squared distance from the origin to the segment ab.
+double squaredDistanceToSegment(const Vector3d& a, const Vector3d& b)
+{
+    return nearestOnSegment(a, b).squaredNorm();
+}
+
+/// Does the perpendicular from the origin to the plane of abc, whose normal is `normal`, meet it in the triangle?
+bool isAboveTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& normal)
+{
+    return normal.dot(a.cross(b)) >= 0.0 && normal.dot(b.cross(c)) >= 0.0 && normal.dot(c.cross(a)) >= 0.0;
 }
 
 /// Distance from the origin to the triangle abc: to its plane if the foot of the perpendicular is inside, else to its
@@ -34,11 +46,22 @@ double distanceToTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& 
     const double toSides =
         std::min({squaredDistanceToSegment(a, b), squaredDistanceToSegment(b, c), squaredDistanceToSegment(c, a)});
     const Vector3d normal = (b - a).cross(c - a);
-    const bool isAbove =
-        normal.dot(a.cross(b)) >= 0.0 && normal.dot(b.cross(c)) >= 0.0 && normal.dot(c.cross(a)) >= 0.0;
     const double area = normal.norm();
-    if (!isAbove || !(area > 0.0)) { return std::sqrt(toSides); }
+    if (!isAboveTriangle(a, b, c, normal) || !(area > 0.0)) { return std::sqrt(toSides); }
     return std::min(std::sqrt(toSides), std::fabs(normal.dot(a)) / area);
+}
+
+/// Where distanceToTriangle() goes to.
+Vector3d nearestOnTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c)
+{
+    const Vector3d normal = (b - a).cross(c - a);
+    std::array<Vector3d, 4> candidates{nearestOnSegment(a, b), nearestOnSegment(b, c), nearestOnSegment(c, a)};
+    candidates[3] = candidates[0];
+    if (isAboveTriangle(a, b, c, normal) && normal.norm() > 0.0) {
+        candidates[3] = normal.dot(a) / normal.squaredNorm() * normal;
+    }
+    return *std::min_element(candidates.begin(), candidates.end(),
+                             [](const Vector3d& p, const Vector3d& q) { return p.squaredNorm() < q.squaredNorm(); });
 }
 
 RTCDevice sharedDevice()
@@ -69,23 +92,42 @@ struct SurfaceDistance::Scene {
         return Vector3f(vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]).cast<double>();
     }
 
+    /// The corners of a triangle, from `p`.
+    std::array<Vector3d, 3> cornersFrom(const Vector3d& p, std::uint32_t triangle) const
+    {
+        const std::uint32_t* corners = indices + 3 * static_cast<std::size_t>(triangle);
+        return {vertex(corners[0]) - p, vertex(corners[1]) - p, vertex(corners[2]) - p};
+    }
+
     /// What a search for the nearest triangle needs.
     struct Search {
         const Scene& scene;
         double enough; ///< distance that nothing nearer is looked for at
         double nearest;
+        std::uint32_t triangle = 0; ///< that is `nearest`, once one is
     };
+    /// Finds the triangle nearest to `p`, which is relative to the centre.
+    void find(const Vector3f& p, Search& search) const
+    {
+        RTCPointQuery query{};
+        query.x = p.x();
+        query.y = p.y();
+        query.z = p.z();
+        query.radius = std::nextafter(static_cast<float>(search.nearest), std::numeric_limits<float>::infinity());
+        RTCPointQueryContext context{};
+        rtcInitPointQueryContext(&context);
+        rtcPointQuery(handle, &query, &context, &Scene::visit, &search);
+    }
 
     static bool visit(RTCPointQueryFunctionArguments* arguments)
     {
         Search& search = *static_cast<Search*>(arguments->userPtr);
-        const Scene& scene = search.scene;
-        const std::uint32_t* corners = scene.indices + 3 * static_cast<std::size_t>(arguments->primID);
         const Vector3d p = Vector3f(arguments->query->x, arguments->query->y, arguments->query->z).cast<double>();
-        const double distance = distanceToTriangle(scene.vertex(corners[0]) - p, scene.vertex(corners[1]) - p,
-                                                   scene.vertex(corners[2]) - p);
+        const std::array<Vector3d, 3> corners = search.scene.cornersFrom(p, arguments->primID);
+        const double distance = distanceToTriangle(corners[0], corners[1], corners[2]);
         if (!(distance < search.nearest)) { return false; }
         search.nearest = distance;
+        search.triangle = arguments->primID;
         arguments->query->radius = distance <= search.enough ? 0.0F : static_cast<float>(distance);
         return true;
     }
@@ -135,17 +177,20 @@ double SurfaceDistance::distance(const Eigen::Vector3d& point) const
 
 double SurfaceDistance::distanceBeyond(const Eigen::Vector3d& point, double enough, double most) const
 {
-    const Vector3f p = (point - _scene->center).cast<float>();
-    RTCPointQuery query{};
-    query.x = p.x();
-    query.y = p.y();
-    query.z = p.z();
-    query.radius = std::nextafter(static_cast<float>(most), std::numeric_limits<float>::infinity());
-    RTCPointQueryContext context{};
-    rtcInitPointQueryContext(&context);
     Scene::Search search{*_scene, enough, most};
-    rtcPointQuery(_scene->handle, &query, &context, &Scene::visit, &search);
+    _scene->find((point - _scene->center).cast<float>(), search);
     return search.nearest;
+}
+
+SurfaceDistance::Nearest SurfaceDistance::nearest(const Eigen::Vector3d& point) const
+{
+    Scene::Search search{*_scene, 0.0, std::numeric_limits<double>::infinity()};
+    const Vector3f p = (point - _scene->center).cast<float>();
+    _scene->find(p, search);
+    if (!std::isfinite(search.nearest)) { return {point, search.nearest, 0}; }
+    const std::array<Vector3d, 3> corners = _scene->cornersFrom(p.cast<double>(), search.triangle);
+    const Vector3d at = nearestOnTriangle(corners[0], corners[1], corners[2]) + p.cast<double>();
+    return {_scene->center + at, search.nearest, search.triangle};
 }
 
 namespace {

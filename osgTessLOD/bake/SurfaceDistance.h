@@ -29,6 +29,15 @@ public:
     /// distance. The search ends at the first triangle that is near enough. Thread safe.
     double distanceBeyond(const Eigen::Vector3d& point, double enough, double most) const;
 
+    /// A point of the surface.
+    struct Nearest {
+        Eigen::Vector3d point = Eigen::Vector3d::Zero();
+        double distance = 0.0;      ///< from where it was looked for; infinite, and the rest means nothing, without triangles
+        std::uint32_t triangle = 0; ///< that it lies on
+    };
+    /// The point of the surface that is nearest to `point`. Thread safe.
+    Nearest nearest(const Eigen::Vector3d& point) const;
+
 private:
     struct Scene;
     std::unique_ptr<Scene> _scene;

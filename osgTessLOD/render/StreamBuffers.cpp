@@ -108,6 +108,7 @@ void StreamBuffers::bind(osg::State& state, std::initializer_list<Block> blocks)
     gl->glBindBuffer(GL_ARRAY_BUFFER_ARB, stream->name);
     if (!isNew) { return; }
     const auto bytes = static_cast<GLsizeiptr>(stream->content.size());
+    _sentBytes += stream->content.size();
     // Fresh memory from the driver, as the last content may still be being read.
     gl->glBufferData(GL_ARRAY_BUFFER_ARB, bytes, nullptr, GL_STREAM_DRAW_ARB);
     gl->glBufferSubData(GL_ARRAY_BUFFER_ARB, 0, bytes, stream->content.data());

@@ -29,6 +29,8 @@ public:
     };
     /// Binds a buffer that holds these one after the other to GL_ARRAY_BUFFER. The context of `state` must be current.
     void bind(osg::State& state, std::initializer_list<Block> blocks);
+    /// Bytes sent by all calls of bind.
+    std::uint64_t sentBytes() const { return _sentBytes; }
     /// The names of all buffers, which are forgotten and the caller's to delete.
     std::vector<unsigned> release();
 
@@ -44,6 +46,7 @@ private:
     Streams::iterator find(std::uint64_t key, std::initializer_list<Block> blocks);
     Streams::iterator claim(osg::State& state, unsigned frame);
 
+    std::uint64_t _sentBytes = 0;
     Streams _streams; ///< those used last first
     std::unordered_multimap<std::uint64_t, Streams::iterator> _byKey;
 };

@@ -91,6 +91,41 @@ TEST(SurfaceDistance, OfAPlaneAndItsBorder)
     EXPECT_NEAR(plane.distance({-2.0, -2.0, 1.0}), 3.0, 1e-6);
 }
 
+TEST(SurfaceDistance, NearestIsThePointOfTheTriangleThatBruteForceFinds)
+{
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
+    const auto point = [&] { return Vector3d(coordinate(random), coordinate(random), coordinate(random)); };
+    std::vector<Vector3d> positions;
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    for (std::uint32_t t = 0; t < 60; ++t) {
+        const Vector3d a = point();
+        for (const Vector3d& p : {a, Vector3d(a + 0.3 * point()), Vector3d(a + 0.3 * point())}) {
+            positions.push_back(p.cast<float>().cast<double>());
+        }
+        triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    }
+    const SurfaceDistance surface(positions, triangles);
+    const auto distanceToTriangle = [&](const Vector3d& p, std::uint32_t t) {
+        return distanceToHull(p, {positions[3 * t], positions[3 * t + 1], positions[3 * t + 2]});
+    };
+    for (int i = 0; i < 2000; ++i) {
+        const Vector3d p = 1.5 * point();
+        const SurfaceDistance::Nearest nearest = surface.nearest(p);
+        double expected = std::numeric_limits<double>::infinity();
+        for (std::uint32_t t = 0; t < triangles.size(); ++t) { expected = std::min(expected, distanceToTriangle(p, t)); }
+        constexpr double kSinglePrecision = 1e-6; // of coordinates up to 2, rounded a few times
+        EXPECT_NEAR(nearest.distance, expected, kSinglePrecision);
+        EXPECT_NEAR((nearest.point - p).norm(), expected, kSinglePrecision);
+        EXPECT_LT(distanceToTriangle(nearest.point, nearest.triangle), kSinglePrecision) << "it is on its triangle";
+    }
+}
+
+TEST(SurfaceDistance, NearestOfNothingIsInfinitelyFar)
+{
+    EXPECT_TRUE(std::isinf(SurfaceDistance({}, {}).nearest({1.0, 2.0, 3.0}).distance));
+}
+
 TEST(SurfaceDistance, HausdorffSeesWhatOnlyOneSurfaceHas)
 {
     const std::vector<Vector3d> square{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};

@@ -253,6 +253,54 @@ TEST_F(BenchCommand, ThroughputComparesTheSameTriangles)
     }
 }
 
+TEST_F(BenchCommand, CurveMeasuresWhatEachContestantDraws)
+{
+    const std::string csv = _folder.file("curve.csv");
+    const Json report = this->report("curve --quick --scene '" + torus() + "' --csv '" + csv + "'");
+    std::map<std::string, std::size_t> rows;
+    std::map<std::string, double> largest;
+    for (const Json& row : report["rows"]) {
+        const std::string contestant = row["contestant"];
+        ++rows[contestant];
+        ASSERT_EQ(row["frames"].size(), 2U) << row;
+        EXPECT_GT(row["drawMilliseconds"], 0.0) << row;
+        EXPECT_GT(row["gpuBytes"], 0U) << row;
+        EXPECT_LE(row["largestPromised"], row["largestPixels"]) << row;
+        EXPECT_LE(row["rmsPixels"], row["largestPixels"]) << row;
+        for (const Json& frame : row["frames"]) {
+            EXPECT_GT(frame["triangles"], 0U) << frame;
+            EXPECT_GE(frame["triangles"], frame["submitted"]) << frame;
+            EXPECT_GT(frame["points"], 0U) << frame;
+            EXPECT_LE(frame["ssim"], 1.0) << frame;
+        }
+        if (contestant == "full mesh") {
+            EXPECT_LT(row["largestPixels"], 0.02) << "it is the source, in single precision: " << row;
+            EXPECT_EQ(row["psnr"], 100.0) << row;
+        } else {
+            double& ratio = largest[contestant];
+            ratio = std::max(ratio, row["largestPromised"].get<double>() / row["errorPixels"].get<double>());
+        }
+    }
+    EXPECT_EQ(rows["full mesh"], 4U) << "a row for each path";
+    for (const char* name : {"osgUtil::Simplifier", "meshoptimizer", "meshoptimizer, clusters", "uniform, isotropic",
+                             "tessellation", "instanced", "first order"}) {
+        EXPECT_EQ(rows[name], 4U * 3U) << name << ", for each path and error";
+        EXPECT_GT(largest[name], 0.0) << name;
+    }
+    const Json& summary = report["summary"];
+    EXPECT_EQ(summary["max_measured_over_asked"], largest["tessellation"]);
+    EXPECT_LE(summary["max_measured_over_asked"], 1.0);
+    EXPECT_EQ(largest["instanced"], largest["tessellation"]) << "the same triangles";
+    EXPECT_TRUE(summary["triangles_over_best_other_at_1px"].is_null()) << "1 pixel is not asked for";
+    EXPECT_EQ(summary["equal_error"]["rows"].size(), 4U * 3U);
+    EXPECT_GT(summary["equal_error"]["triangles_over_best_other"], 0.0);
+
+    const std::string lines = readBytes(csv);
+    EXPECT_EQ(lines.rfind("scene,path,contestant,errorPixels,", 0), 0U) << lines.substr(0, 100);
+    EXPECT_EQ(static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n')), report["rows"].size() + 1);
+    EXPECT_NE(lines.find("\"meshoptimizer, clusters\""), std::string::npos);
+}
+
 TEST_F(BenchCommand, NamesWhatItCannotMeasure)
 {
     const std::string path = _folder.file("empty.obj");

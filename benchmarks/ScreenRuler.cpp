@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#include "ScreenRuler.h"
+
+#include <osg/Vec4d>
+
+#include <algorithm>
+#include <cmath>
+
+namespace osgTessLOD::benchmarks {
+
+namespace {
+
+/// Points that are looked for beside the nearest in space. Each step goes at most as far along the line of sight as the last
+/// point was away from it, so few are needed and none leads far away.
+constexpr int kSteps = 6;
+constexpr double kEnoughPixels = 0.01; ///< nothing nearer is looked for
+
+osg::Vec3d toOsg(const Eigen::Vector3d& p)
+{
+    return {p.x(), p.y(), p.z()};
+}
+
+Eigen::Vector3d toEigen(const osg::Vec3d& p)
+{
+    return {p.x(), p.y(), p.z()};
+}
+
+/// The distance along the axis that perspective divides by.
+double depthOf(const osg::Vec4d& clip)
+{
+    return clip.w();
+}
+
+} // namespace
+
+void Deviations::add(const Deviations& other)
+{
+    largest = std::max(largest, other.largest);
+    largestInSpace = std::max(largestInSpace, other.largestInSpace);
+    largestPromised = std::max(largestPromised, other.largestPromised);
+    sumOfSquares += other.sumOfSquares;
+    points += other.points;
+    promised += other.promised;
+}
+
+double Deviations::rms() const
+{
+    return points == 0 ? 0.0 : std::sqrt(sumOfSquares / static_cast<double>(points));
+}
+
+ScreenRuler::ScreenRuler(const ScreenCamera& camera)
+    : _localToClip(camera.localToClip())
+    , _eye(osg::Vec3d() * osg::Matrixd::inverse(camera.localToEye))
+    , _width(camera.width)
+    , _height(camera.height)
+    , _pixelScale(0.5 * camera.height * camera.projection(1, 1))
+{
+}
+
+std::optional<Eigen::Vector2d> ScreenRuler::onScreen(const Eigen::Vector3d& point) const
+{
+    const osg::Vec4d clip = osg::Vec4d(toOsg(point), 1.0) * _localToClip;
+    if (!(depthOf(clip) > 0.0)) { return std::nullopt; }
+    return Eigen::Vector2d(0.5 * _width * clip.x() / clip.w(), 0.5 * _height * clip.y() / clip.w());
+}
+
+bool ScreenRuler::isInView(const Eigen::Vector3d& point) const
+{
+    const osg::Vec4d clip = osg::Vec4d(toOsg(point), 1.0) * _localToClip;
+    const double depth = depthOf(clip);
+    return depth > 0.0 && std::fabs(clip.x()) <= depth && std::fabs(clip.y()) <= depth && std::fabs(clip.z()) <= depth;
+}
+
+std::optional<ScreenRuler::Deviation> ScreenRuler::measure(const Eigen::Vector3d& point,
+                                                           const bake::SurfaceDistance& surface) const
+{
+    if (!isInView(point)) { return std::nullopt; }
+    const Eigen::Vector2d wanted = *onScreen(point);
+    const double diagonal = std::hypot(_width, _height); // what is behind the eye counts as so far away
+    const auto pixelsTo = [&](const Eigen::Vector3d& other) {
+        const std::optional<Eigen::Vector2d> at = onScreen(other);
+        return at ? std::min((*at - wanted).norm(), diagonal) : diagonal;
+    };
+    bake::SurfaceDistance::Nearest nearest = surface.nearest(point);
+    if (!std::isfinite(nearest.distance)) { return Deviation{diagonal, diagonal, 0}; }
+    const double depth = depthOf(osg::Vec4d(toOsg(point), 1.0) * _localToClip);
+    Deviation deviation{pixelsTo(nearest.point), std::min(nearest.distance * _pixelScale / depth, diagonal),
+                        nearest.triangle};
+    const Eigen::Vector3d eye = toEigen(_eye);
+    const Eigen::Vector3d sight = (point - eye).normalized();
+    for (int step = 0; step < kSteps && deviation.pixels > kEnoughPixels; ++step) {
+        nearest = surface.nearest(eye + sight * sight.dot(nearest.point - eye));
+        deviation.pixels = std::min(deviation.pixels, pixelsTo(nearest.point));
+    }
+    return deviation;
+}
+
+} // namespace osgTessLOD::benchmarks

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <osgTessLOD/bake/SurfaceDistance.h>
+#include <support/ScreenCamera.h>
+
+#include <Eigen/Core>
+#include <osg/Vec3d>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace osgTessLOD::benchmarks {
+
+/// How far points of one surface are from another one, pixels.
+struct Deviations {
+    double largest = 0.0;         ///< on screen
+    double largestInSpace = 0.0;  ///< distance in space, as large as it is on screen if seen from the side
+    double sumOfSquares = 0.0;    ///< on screen
+    double largestPromised = 0.0; ///< on screen, of points that something is promised of
+    std::uint64_t points = 0;     ///< in view
+    std::uint64_t promised = 0;   ///< of them
+
+    void add(const Deviations& other);
+    double rms() const;
+};
+
+/// Measures how far surfaces that should be the same are apart as a camera sees them.
+///
+/// A point p that is in view is compared with points q of the other surface: with the one nearest in space, and with those
+/// that are found from there by turns as the nearest to the line of sight through p and the nearest to that one again. What
+/// counts is the least distance of p and any q on screen. Every q is a point of the surface, so p is never nearer to what it
+/// is compared with than this says, and all are found near p, not wherever the surface passes behind or before it.
+class ScreenRuler {
+public:
+    /// `camera`: a perspective one that sees the surfaces' space.
+    explicit ScreenRuler(const ScreenCamera& camera);
+
+    struct Deviation {
+        double pixels = 0.0;
+        double pixelsInSpace = 0.0;
+        std::uint32_t triangle = 0; ///< of the surface, that is nearest in space
+    };
+    /// Nothing where the point is not in view.
+    std::optional<Deviation> measure(const Eigen::Vector3d& point, const bake::SurfaceDistance& surface) const;
+
+    bool isInView(const Eigen::Vector3d& point) const;
+
+private:
+    osg::Matrixd _localToClip;
+    osg::Vec3d _eye;
+    double _width;
+    double _height;
+    double _pixelScale; ///< of a length at right angles to the axis, at depth 1
+
+    std::optional<Eigen::Vector2d> onScreen(const Eigen::Vector3d& point) const;
+};
+
+} // namespace osgTessLOD::benchmarks
