@@ -94,9 +94,10 @@ void declareTerrain(CLI::App& app, Arguments& arguments)
         ->expected(1, 2)
         ->check(CLI::PositiveNumber);
     app.add_option("--void", heights.voidValue, "of terrain: height that means no data");
-    app.add_option("--tile", arguments.tile,
-                   "of terrain: bake only tile i,j of n x n, column and row from 0 in the north-west; tiles of one image meet "
-                   "without cracks")
+    app.add_option(
+           "--tile", arguments.tile,
+           "of terrain: bake only tile i,j of n x n, column and row from 0 in the north-west; tiles of one image meet "
+           "without cracks")
         ->delimiter(',')
         ->expected(3);
     app.add_option("--fill-voids", heights.largestFilledVoid, "of terrain: fill voids of up to so many samples")

@@ -35,7 +35,7 @@ public:
         const WorkingFrame& frame = map.frame();
         const bool isFar = frame.center.norm() > kFarAway * frame.scale;
         const std::optional<Lattice>& shared = map.lattice();
-        _origin = shared ? Vector3d(shared->origin[0], shared->origin[1], shared->origin[2])
+        _origin = shared  ? Vector3d(shared->origin[0], shared->origin[1], shared->origin[2])
                   : isFar ? frame.center
                           : Vector3d::Zero();
         _shift = frame.center - _origin;

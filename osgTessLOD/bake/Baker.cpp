@@ -279,13 +279,15 @@ MappedSource mapTile(const std::string& path, const BakeOptions& options, Progre
                                 [&] { return readHeightTile(path, options.heights, *options.tile); });
     report.tile = options.tile;
     report.filledVoids = tile.filledVoids;
-    if (report.filledVoids > 0) { report.repairs.push_back(fmt::format("{} samples without data filled", report.filledVoids)); }
+    if (report.filledVoids > 0) {
+        report.repairs.push_back(fmt::format("{} samples without data filled", report.filledVoids));
+    }
     checkStrict(path, options, report);
     if (const std::uint64_t voids = tile.field.voids(); voids > 0) {
-        throw AssetError(fmt::format("{}: tile {},{} of {} x {} has {} samples without data that are not filled, and tiles have no "
-                                     "holes: fill larger voids (--fill-voids)",
-                                     path, options.tile->column, options.tile->row, options.tile->count, options.tile->count,
-                                     voids));
+        throw AssetError(fmt::format(
+            "{}: tile {},{} of {} x {} has {} samples without data that are not filled, and tiles have no "
+            "holes: fill larger voids (--fill-voids)",
+            path, options.tile->column, options.tile->row, options.tile->count, options.tile->count, voids));
     }
     auto terrain = timed(report, "terrain", [&] {
         return std::make_unique<TerrainMap>(std::move(tile), options.maxFactor, options.patchTolerance,
@@ -437,8 +439,8 @@ LodAsset bakeSurface(const std::string& source, const BakeOptions& options, Prog
     asset.technique = options.technique;
     asset.source = source.substr(source.find_last_of('/') + 1);
     if (report.tile) {
-        asset.source += fmt::format(" (tile {},{} of {} x {})", report.tile->column, report.tile->row, report.tile->count,
-                                    report.tile->count);
+        asset.source += fmt::format(" (tile {},{} of {} x {})", report.tile->column, report.tile->row,
+                                    report.tile->count, report.tile->count);
     }
     asset.sourceTriangles = surface.map->sourceTriangles();
     if (options.normals) {

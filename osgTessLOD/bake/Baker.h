@@ -73,7 +73,7 @@ struct BakeReport {
         double seconds = 0.0;
     };
     std::string source;
-    std::optional<TileChoice> tile;         ///< of the source
+    std::optional<TileChoice> tile; ///< of the source
     std::uint64_t sourceTriangles = 0;
     bool isMesh = false;                    ///< made of a mesh, so that `cleaning` means something
     CleaningReport cleaning;

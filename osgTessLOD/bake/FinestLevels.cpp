@@ -75,7 +75,9 @@ private:
     double errorAt(std::uint32_t p, std::uint8_t level) const
     {
         FinestLevels finest = FinestLevels::all(level);
-        for (std::size_t side = 0; side < 3; ++side) { finest.borders[side] = std::min(level, _seams[p][side].value_or(level)); }
+        for (std::size_t side = 0; side < 3; ++side) {
+            finest.borders[side] = std::min(level, _seams[p][side].value_or(level));
+        }
         return _errorAtFinest(p, finest);
     }
 

@@ -133,7 +133,9 @@ HeightRows::HeightRows(const std::string& path, const HeightOptions& options)
     _whole.name = path;
     _whole.columns = _rows->width;
     _whole.rows = _rows->height;
-    if (_whole.columns < 2 || _whole.rows < 2) { throw fault(path, "a height field has two columns and two rows at least"); }
+    if (_whole.columns < 2 || _whole.rows < 2) {
+        throw fault(path, "a height field has two columns and two rows at least");
+    }
     if (extension == ".hgt") { _where = hgtPlace(path, _whole.columns); }
     if (extension == ".tif" || extension == ".tiff") { _where = imageFiles().georeference(path); }
     place();

@@ -63,8 +63,8 @@ Window widened(const Window& window, std::uint64_t by, const HeightField& whole)
 void checkChoice(const HeightField& whole, const TileChoice& choice)
 {
     if (choice.count == 0 || choice.column >= choice.count || choice.row >= choice.count) {
-        throw AssetError(fmt::format("{}: there is no tile {},{} of {} x {}: they are counted from 0", whole.name, choice.column,
-                                     choice.row, choice.count, choice.count));
+        throw AssetError(fmt::format("{}: there is no tile {},{} of {} x {}: they are counted from 0", whole.name,
+                                     choice.column, choice.row, choice.count, choice.count));
     }
     if (choice.count > std::min(whole.columns, whole.rows) - 1) {
         throw AssetError(fmt::format("{}: {} x {} heights cannot be cut into {} x {} tiles", whole.name, whole.columns,
@@ -92,7 +92,8 @@ Range readWindow(HeightRows& rows, HeightField& field)
 {
     const HeightField& whole = rows.whole();
     const std::uint32_t bands = std::max(1U, kBandSamples / whole.columns / rows.band());
-    const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{bands} * rows.band(), whole.rows));
+    const auto count =
+        static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{bands} * rows.band(), whole.rows));
     std::vector<float> band(std::size_t{whole.columns} * count);
     Range range;
     for (std::uint32_t first = 0; first < whole.rows; first += std::min(count, whole.rows - first)) {
@@ -107,9 +108,10 @@ Range readWindow(HeightRows& rows, HeightField& field)
         const std::uint32_t from = std::max(first, field.first[1]);
         const std::uint32_t to = std::min(first + read, field.first[1] + field.rows);
         for (std::uint32_t row = from; row < to; ++row) {
-            std::copy_n(band.begin() + static_cast<std::ptrdiff_t>(std::size_t{row - first} * whole.columns + field.first[0]),
-                        field.columns,
-                        field.heights.begin() + static_cast<std::ptrdiff_t>(std::size_t{row - field.first[1]} * field.columns));
+            std::copy_n(
+                band.begin() + static_cast<std::ptrdiff_t>(std::size_t{row - first} * whole.columns + field.first[0]),
+                field.columns,
+                field.heights.begin() + static_cast<std::ptrdiff_t>(std::size_t{row - field.first[1]} * field.columns));
         }
     }
     return range;
@@ -119,7 +121,8 @@ HeightField cut(const HeightField& from, const Window& window)
 {
     HeightField field = emptyField(from, window);
     for (std::uint32_t row = 0; row < field.rows; ++row) {
-        const std::size_t start = std::size_t{row + window.first[1] - from.first[1]} * from.columns + window.first[0] - from.first[0];
+        const std::size_t start =
+            std::size_t{row + window.first[1] - from.first[1]} * from.columns + window.first[0] - from.first[0];
         std::copy_n(from.heights.begin() + static_cast<std::ptrdiff_t>(start), field.columns,
                     field.heights.begin() + static_cast<std::ptrdiff_t>(std::size_t{row} * field.columns));
     }

@@ -24,18 +24,19 @@ struct TileChoice {
 struct HeightTile {
     enum Side : std::uint8_t { West, North, East, South };
 
-    HeightField field;                   ///< the tile's samples, small voids filled; others are NaN
-    HeightField around;                  ///< the same and more on each side where there are any: slopes on seams need them
-    std::array<bool, 4> isSeam{};        ///< per Side: is there a tile beyond it?
-    WorkingFrame frame;                  ///< of all tiles: about the middle of the whole, scaled to the size of a tile
-    Lattice lattice;                     ///< of all tiles' assets, so that what they share decodes to the same bits
-    std::uint64_t filledVoids = 0;       ///< of the tile's samples
+    HeightField field;             ///< the tile's samples, small voids filled; others are NaN
+    HeightField around;            ///< the same and more on each side where there are any: slopes on seams need them
+    std::array<bool, 4> isSeam{};  ///< per Side: is there a tile beyond it?
+    WorkingFrame frame;            ///< of all tiles: about the middle of the whole, scaled to the size of a tile
+    Lattice lattice;               ///< of all tiles' assets, so that what they share decodes to the same bits
+    std::uint64_t filledVoids = 0; ///< of the tile's samples
 };
 
 /// Reads one tile of what readHeightField() reads. All rows are looked at, for the lowest and the highest sample, but only a few at
 /// a time; memory is for the tile. Voids are filled as in the whole (HeightOptions::largestFilledVoid) if they end no farther
 /// than 1,024 samples from the tile. Throws AssetError naming the file and the fault, such as a tile that there is not.
-OSGTESSLOD_EXPORT HeightTile readHeightTile(const std::string& path, const HeightOptions& options, const TileChoice& choice);
+OSGTESSLOD_EXPORT HeightTile readHeightTile(const std::string& path, const HeightOptions& options,
+                                            const TileChoice& choice);
 
 /// Squares side by side that patches across so many samples are bisected from.
 OSGTESSLOD_EXPORT std::uint32_t rootSquares(std::uint32_t samples);

@@ -104,7 +104,8 @@ std::uint32_t borderVertex(const PatchTopology::Edge& edge, unsigned which, unsi
     return (edge.sides[which] * factor + along) % TessellationPattern::borderVertexCount(factor);
 }
 
-const Eigen::Vector3d& borderPosition(const ChartSet& set, const PatchTopology::Edge& edge, unsigned factor, unsigned step)
+const Eigen::Vector3d& borderPosition(const ChartSet& set, const PatchTopology::Edge& edge, unsigned factor,
+                                      unsigned step)
 {
     assert(set.factor % factor == 0);
     return set.charts[edge.patches[0]].positions[borderVertex(edge, 0, set.factor, set.factor / factor * step)];

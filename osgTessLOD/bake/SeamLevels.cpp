@@ -22,8 +22,7 @@ void SeamLevels::divide(const SeamLine& line, std::int64_t first, std::int64_t l
     const double samples = static_cast<double>(last - first) * _samplesPerUnit;
     const double longest = std::max(1.0, _factor / 2.0);
     const bool isDivisible = samples > 1.0 && (last - first) % 2 == 0;
-    if (isDivisible &&
-        (samples > longest * _factor || deviation(line, first, last, _factor) > _patchTolerance)) {
+    if (isDivisible && (samples > longest * _factor || deviation(line, first, last, _factor) > _patchTolerance)) {
         const std::int64_t middle = first + (last - first) / 2;
         divide(line, first, middle);
         divide(line, middle, last);

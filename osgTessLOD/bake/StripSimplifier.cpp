@@ -166,9 +166,11 @@ private:
             if (edge.seamFactor == 0) { continue; }
             patches.push_back(edge.patches[0]);
             for (unsigned step = 1; step < factor; ++step) {
-                const StripMesh::Site vertex{edge.patches[0], _mesh.patch(edge.patches[0]).lattice.border(edge.sides[0], step)};
+                const StripMesh::Site vertex{edge.patches[0],
+                                             _mesh.patch(edge.patches[0]).lattice.border(edge.sides[0], step)};
                 const auto along = static_cast<std::int32_t>(ChartPoint::kUnits / factor * step);
-                _mesh.placeAlone(vertex, borderPosition(_charts, edge, factor, step), borderParameter(edge.sides[0], along));
+                _mesh.placeAlone(vertex, borderPosition(_charts, edge, factor, step),
+                                 borderParameter(edge.sides[0], along));
             }
         }
         std::sort(patches.begin(), patches.end());

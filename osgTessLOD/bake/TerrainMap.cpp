@@ -246,7 +246,7 @@ private:
 
     const Seams& _seams;
     std::vector<Triangle> _triangles;
-    Place _last; ///< the south-eastern corner
+    Place _last;     ///< the south-eastern corner
     Vector2d _scale; ///< samples per unit
 };
 
@@ -301,8 +301,8 @@ void TerrainMap::makePatches(unsigned factor, double tolerance, double seamToler
     for (std::size_t side = 0; side < seams.size(); ++side) {
         if (_seams[side].empty()) { continue; }
         const std::uint32_t roots = rootSquares(static_cast<std::uint32_t>(_seams[side].size()));
-        seams[side].emplace(SeamLine{_seams[side], roots}, factor, tolerance * _frame.scale, seamTolerance * _frame.scale,
-                            kRootUnits);
+        seams[side].emplace(SeamLine{_seams[side], roots}, factor, tolerance * _frame.scale,
+                            seamTolerance * _frame.scale, kRootUnits);
     }
     Bisection bisection(_field, seams);
     const HeightError error(_field, factor);
@@ -344,7 +344,8 @@ void TerrainMap::makePatches(unsigned factor, double tolerance, double seamToler
     _topology = PatchTopology::build(static_cast<std::uint32_t>(places.size()), std::move(patches));
     for (PatchTopology::Edge& edge : _topology.edges) {
         if (edge.patches[1] != kNoPatch) { continue; }
-        edge.seamFactor = static_cast<std::uint16_t>(bisection.seamSegments(places[edge.vertices[0]], places[edge.vertices[1]]));
+        edge.seamFactor =
+            static_cast<std::uint16_t>(bisection.seamSegments(places[edge.vertices[0]], places[edge.vertices[1]]));
     }
     sampleSource();
 }

@@ -76,7 +76,9 @@ std::unique_ptr<OIIO::ImageInput> openImage(const std::string& path, unsigned ch
     std::unique_ptr<OIIO::ImageInput> input = readerOf(path);
     OIIO::ImageSpec spec;
     if (!input->open(path, spec)) { throw fault(path, input->geterror()); }
-    if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1) { throw fault(path, "is not an image of two dimensions"); }
+    if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1) {
+        throw fault(path, "is not an image of two dimensions");
+    }
     if (spec.nchannels < static_cast<int>(channels)) {
         throw fault(path, "has " + std::to_string(spec.nchannels) + " channels where " + std::to_string(channels) +
                               " are needed");
@@ -109,10 +111,11 @@ public:
         }
         const int begin = spec.y + static_cast<int>(first);
         const int end = begin + static_cast<int>(count);
-        const bool isRead = spec.tile_width > 0
-                                ? _input->read_tiles(0, 0, spec.x, spec.x + spec.width, begin, end, spec.z, spec.z + 1, 0,
-                                                     _channels, OIIO::TypeDesc::FLOAT, pixels)
-                                : _input->read_scanlines(0, 0, begin, end, spec.z, 0, _channels, OIIO::TypeDesc::FLOAT, pixels);
+        const bool isRead =
+            spec.tile_width > 0
+                ? _input->read_tiles(0, 0, spec.x, spec.x + spec.width, begin, end, spec.z, spec.z + 1, 0, _channels,
+                                     OIIO::TypeDesc::FLOAT, pixels)
+                : _input->read_scanlines(0, 0, begin, end, spec.z, 0, _channels, OIIO::TypeDesc::FLOAT, pixels);
         if (!isRead) { throw fault(_path, _input->geterror()); }
     }
 
