@@ -7,10 +7,9 @@
 
 namespace osgTessLOD::bake {
 
-SeamLevels::SeamLevels(const SeamLine& line, unsigned factor, double patchTolerance, double tolerance,
-                       std::int64_t rootUnits)
-    : _factor(factor)
-    , _patchTolerance(patchTolerance)
+SeamLevels::SeamLevels(const SeamLine& line, unsigned factor, double tolerance, std::int64_t rootUnits)
+    : _mostSegments(std::max(1U, factor / 2))
+    , _longest(std::max(1.0, factor / 2.0))
     , _tolerance(tolerance)
     , _samplesPerUnit(static_cast<double>(line.heights.size() - 1) / line.roots / static_cast<double>(rootUnits))
 {
@@ -20,19 +19,17 @@ SeamLevels::SeamLevels(const SeamLine& line, unsigned factor, double patchTolera
 void SeamLevels::divide(const SeamLine& line, std::int64_t first, std::int64_t last)
 {
     const double samples = static_cast<double>(last - first) * _samplesPerUnit;
-    const double longest = std::max(1.0, _factor / 2.0);
-    const bool isDivisible = samples > 1.0 && (last - first) % 2 == 0;
-    if (isDivisible && (samples > longest * _factor || deviation(line, first, last, _factor) > _patchTolerance)) {
+    const auto isEnough = [&](unsigned segments) {
+        return samples <= _longest * segments && deviation(line, first, last, segments) <= _tolerance;
+    };
+    if (samples > _mostSegments && (last - first) % 2 == 0 && !isEnough(_mostSegments)) {
         const std::int64_t middle = first + (last - first) / 2;
         divide(line, first, middle);
         divide(line, middle, last);
         return;
     }
     unsigned segments = 1;
-    while (segments < _factor &&
-           (samples > longest * segments || deviation(line, first, last, segments) > _tolerance)) {
-        segments *= 2;
-    }
+    while (segments < _mostSegments && !isEnough(segments)) { segments *= 2; }
     _parts.push_back({first, last, segments});
 }
 

@@ -201,7 +201,7 @@ TEST(SeamLevels, PartsAreNearTheSamplesAndRefineAlike)
     constexpr std::int64_t kUnits = 1 << 18;
     constexpr double kTolerance = 0.02;
     const SeamLine line = lineOf(701, 2);
-    const SeamLevels seam(line, 16, 0.1, kTolerance, kUnits);
+    const SeamLevels seam(line, 16, kTolerance, kUnits);
     EXPECT_TRUE(seam.isDivided(0, 2 * kUnits)) << "of two roots";
     std::int64_t first = 0;
     std::set<unsigned> kinds;
@@ -211,13 +211,13 @@ TEST(SeamLevels, PartsAreNearTheSamplesAndRefineAlike)
         const unsigned segments = seam.segments(first, first + length);
         kinds.insert(segments);
         ASSERT_EQ(segments & (segments - 1), 0U);
-        ASSERT_LE(segments, 16U);
+        ASSERT_LE(segments, 8U);
         const double samplesPerUnit = 350.0 / kUnits;
         EXPECT_LE(static_cast<double>(length) * samplesPerUnit / segments, 8.0);
         // Half of a part has half of its segments, and so on, to less than one.
         EXPECT_EQ(seam.segments(first + length / 2, first + length), segments / 2);
         EXPECT_EQ(seam.segments(first, first + length / 2), segments / 2);
-        if (segments < 16) { // it was enough
+        if (segments < 8) { // it was enough
             for (unsigned s = 0; s < segments; ++s) {
                 const double from =
                     (static_cast<double>(first) + static_cast<double>(length) * s / segments) * samplesPerUnit;
@@ -437,9 +437,9 @@ TEST_P(BakedTiles, AreNearTheSamples)
 INSTANTIATE_TEST_SUITE_P(OfEveryKind, BakedTiles,
                          testing::Values(TileCase{"uniform", 2, 0.0001}, TileCase{"uniform", 3, 0.002},
                                          TileCase{"strips", 2, 0.002}, TileCase{"strips", 3, 0.0}),
-                         [](const testing::TestParamInfo<TileCase>& info) {
-                             return std::string(info.param.technique) + std::to_string(info.param.count) +
-                                    (info.param.tolerance == 0.0 ? "WithAllLevels" : "");
+                         [](const testing::TestParamInfo<TileCase>& which) {
+                             return std::string(which.param.technique) + std::to_string(which.param.count) +
+                                    (which.param.tolerance == 0.0 ? "WithAllLevels" : "");
                          });
 
 TEST(BakedTile, OfWhatCannotBeCutIsAnError)
