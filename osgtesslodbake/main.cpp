@@ -44,6 +44,7 @@ struct Arguments {
     unsigned factor = 64;
     double creaseAngleDegrees = bake::ControlMeshOptions().creaseAngleRadians / kDegree;
     std::vector<double> spacing;
+    std::vector<std::uint32_t> tile;
     bool noNormals = false;
     bool noUvs = false;
     bool embedTextures = false;
@@ -93,6 +94,12 @@ void declareTerrain(CLI::App& app, Arguments& arguments)
         ->expected(1, 2)
         ->check(CLI::PositiveNumber);
     app.add_option("--void", heights.voidValue, "of terrain: height that means no data");
+    app.add_option(
+           "--tile", arguments.tile,
+           "of terrain: bake only tile i,j of n x n, column and row from 0 in the north-west; tiles of one image meet "
+           "without cracks")
+        ->delimiter(',')
+        ->expected(3);
     app.add_option("--fill-voids", heights.largestFilledVoid, "of terrain: fill voids of up to so many samples")
         ->capture_default_str();
 }
@@ -190,6 +197,7 @@ void bakeToFile(Arguments& arguments)
     if (!arguments.spacing.empty()) {
         arguments.bake.heights.spacing = {{arguments.spacing.front(), arguments.spacing.back()}};
     }
+    if (!arguments.tile.empty()) { arguments.bake.tile = {arguments.tile[0], arguments.tile[1], arguments.tile[2]}; }
     arguments.bake.uvs = !arguments.noUvs;
     ConsoleProgress progress(arguments.quiet);
     bake::BakeReport report;

@@ -169,7 +169,8 @@ vec4 tessLodSphere(int patchId)
     return uintBitsToFloat(texelFetch(tessLodNeeds, tessLodRow(patchId)));
 }
 
-// x, y, z: 3 · patch + side of what lies on the other side of each border; w: the levels of the borders, and the largest, a byte each.
+// x, y, z: 3 · patch + side of what lies on the other side of each border; w: the finest and the coarsest
+// levels of the borders, and the largest finest one, four bits each.
 uvec4 tessLodBorders(int patchId)
 {
     return texelFetch(tessLodNeeds, tessLodRow(patchId) + 1);
@@ -177,7 +178,12 @@ uvec4 tessLodBorders(int patchId)
 
 float tessLodFinest(uint levels, int side)
 {
-    return float(levels >> (8 * side) & 0xFFu);
+    return float(levels >> (8 * side) & 0xFu);
+}
+
+float tessLodCoarsest(uint levels, int side)
+{
+    return float(levels >> (8 * side + 4) & 0xFu);
 }
 
 // What the patch needs at the middle of a side; at the first that goes on farthest also what it needs at those that end before.
@@ -225,7 +231,8 @@ vec3 tessLodSelectedLevels(int patchId)
     vec3 levels = tessLodLargerNeeds(patchId, borders);
     for (int side = 0; side < 3; ++side) {
         float level = tessLodLeast(levels[side], tessLodFinest(borders.w, side));
-        levels[side] = tessLodLeast(level, float(tessLodTopLevel));
+        level = tessLodLeast(level, float(tessLodTopLevel));
+        levels[side] = tessLodLargest(level, tessLodCoarsest(borders.w, side));
     }
     return levels;
 }

@@ -135,7 +135,13 @@ void checkEdge(const LodAsset& asset, std::size_t e)
         checkEdgePatch(asset, e, 1);
         finest = std::min(finest, asset.patches[edge.patches[1]].finestLevel);
     }
-    if (edge.finestLevel != finest) { fail("edge ", e, ": finest level is not the smaller of its patches'"); }
+    const bool isOpen = edge.patches[1] == kNoPatch;
+    if (isOpen ? edge.finestLevel > finest : edge.finestLevel != finest) {
+        fail("edge ", e, ": finest level is not the smaller of its patches'");
+    }
+    if (edge.coarsestLevel != 0 && (!isOpen || edge.coarsestLevel != edge.finestLevel)) {
+        fail("edge ", e, ": coarsest level is neither 0 nor the only one of an open border");
+    }
 }
 
 void checkTopology(const LodAsset& asset)
@@ -429,6 +435,11 @@ std::uint32_t UvLattice::encode(float u, float v) const
 {
     if (!std::isfinite(u) || !std::isfinite(v)) { return kNone; }
     return encodeUv(u, origin[0], step[0]) | encodeUv(v, origin[1], step[1]) << 16;
+}
+
+bool LodAsset::hasSeams() const
+{
+    return std::any_of(edges.begin(), edges.end(), [](const LodEdge& edge) { return edge.coarsestLevel > 0; });
 }
 
 std::vector<std::uint32_t> LodAsset::levelSlots(std::size_t level) const

@@ -83,7 +83,11 @@ struct LodPatch {
 struct LodEdge {
     std::array<std::uint32_t, 2> baseVertices{};
     std::array<std::uint32_t, 2> patches{kNoPatch, kNoPatch};
-    std::uint8_t finestLevel = 0;        ///< the smaller of its patches' finest levels
+    /// The smaller of its patches' finest levels; an open border may end before its patch.
+    std::uint8_t finestLevel = 0;
+    /// It is drawn no coarser than this, whatever the view and the largest factor asked for: 0, or finestLevel of a seam, an open
+    /// border along which another asset is to meet this one.
+    std::uint8_t coarsestLevel = 0;
 };
 
 /// Error of one patch at one level against the source, object units; and how it may be seen from behind.
@@ -147,6 +151,8 @@ struct OSGTESSLOD_EXPORT LodAsset {
     bool hasUvs() const { return !levels.empty() && !levels.front().uvs.empty(); }
     /// The image in the asset that a texture refers to; null: it is a file.
     const LodImage* imageOf(const LodTexture& texture) const;
+    /// Is there an edge with a coarsestLevel above 0?
+    bool hasSeams() const;
     bool hasColors() const { return !levels.empty() && !levels.front().colors.empty(); }
 
     /// Position of each patch within level `level`, kNoPatch for those that do not reach it. Its vertices start at

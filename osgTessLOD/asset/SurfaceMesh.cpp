@@ -36,7 +36,7 @@ public:
         , _baseIds(asset.baseVertices.size(), kUnset)
         , _edgeIds(asset.edges.size(), kUnset)
     {
-        for (std::size_t l = 0; l <= level; ++l) {
+        for (std::size_t l = 0; l < asset.levels.size(); ++l) {
             _slots.push_back(asset.levelSlots(l));
             _patterns.emplace_back();
         }
@@ -49,7 +49,17 @@ public:
     }
 
 private:
-    std::size_t levelOf(std::uint8_t finest) const { return std::min<std::size_t>(_level, finest); }
+    std::size_t levelOf(const LodEdge& edge) const
+    {
+        return std::max<std::size_t>(std::min<std::size_t>(_level, edge.finestLevel), edge.coarsestLevel);
+    }
+    /// No coarser than its borders.
+    std::size_t levelOf(const LodPatch& patch) const
+    {
+        std::size_t level = std::min<std::size_t>(_level, patch.finestLevel);
+        for (const std::uint32_t e : patch.edges) { level = std::max(level, levelOf(_asset.edges[e])); }
+        return level;
+    }
 
     /// A pattern vertex of some level of a patch.
     struct PatternVertex {
@@ -95,7 +105,7 @@ private:
         const std::size_t p = edge.patches[0];
         const auto& sides = _asset.patches[p].edges;
         const auto side = static_cast<std::uint32_t>(std::find(sides.begin(), sides.end(), e) - sides.begin());
-        const std::size_t level = levelOf(edge.finestLevel);
+        const std::size_t level = levelOf(edge);
         const unsigned factor = _asset.ladder[level];
         _edgeIds[e] = static_cast<std::uint32_t>(_mesh.positions.size());
         for (unsigned t = 1; t < factor; ++t) { addVertex(p, {level, side * factor + t}); }
@@ -113,7 +123,7 @@ private:
     PatternVertex lagged(std::size_t p, PatternVertex v, unsigned side) const
     {
         const LodEdge& edge = _asset.edges[_asset.patches[p].edges[side]];
-        for (; v.level > levelOf(edge.finestLevel); --v.level) { v.index = vertex(p, v).parent(); }
+        for (; v.level > levelOf(edge); --v.level) { v.index = vertex(p, v).parent(); }
         return v;
     }
 
@@ -132,7 +142,7 @@ private:
 
     void addPatch(std::size_t p)
     {
-        const std::size_t level = levelOf(_asset.patches[p].finestLevel);
+        const std::size_t level = levelOf(_asset.patches[p]);
         const unsigned factor = _asset.ladder[level];
         const std::uint32_t count = TessellationPattern::vertexCount(factor);
         _ids.resize(count);

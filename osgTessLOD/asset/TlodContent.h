@@ -51,8 +51,8 @@ template <> struct ItemFormat<LodEdge> {
     static constexpr std::size_t kBytes = 20;
     template <class Stream, class Edge> static void pass(Stream& stream, Edge& edge)
     {
-        stream.fields(edge.baseVertices, edge.patches, edge.finestLevel);
-        stream.zeros(3);
+        stream.fields(edge.baseVertices, edge.patches, edge.finestLevel, edge.coarsestLevel);
+        stream.zeros(2);
     }
 };
 

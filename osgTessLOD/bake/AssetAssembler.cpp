@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace osgTessLOD::bake {
 
@@ -33,25 +34,20 @@ public:
     {
         const WorkingFrame& frame = map.frame();
         const bool isFar = frame.center.norm() > kFarAway * frame.scale;
-        _origin = isFar ? frame.center : Vector3d::Zero();
+        const std::optional<Lattice>& shared = map.lattice();
+        _origin = shared  ? Vector3d(shared->origin[0], shared->origin[1], shared->origin[2])
+                  : isFar ? frame.center
+                          : Vector3d::Zero();
         _shift = frame.center - _origin;
         _scale = frame.scale;
+        const AlignedBox3d whole = measure(hierarchy);
         // One lattice for all: fine enough for 17 bits across the largest patch, within 32 bits across the model.
-        double largestPatch = 0.0;
-        AlignedBox3d whole;
-        for (const PatchLevels& levels : hierarchy.patches) {
-            AlignedBox3d box;
-            for (const auto& level : levels.positions) {
-                for (const Vector3d& p : level) { box.extend(p); }
-            }
-            largestPatch = std::max(largestPatch, box.sizes().maxCoeff());
-            whole.extend(box);
-        }
-        const double farthest =
-            std::max(toAsset(whole.min()).cwiseAbs().maxCoeff(), toAsset(whole.max()).cwiseAbs().maxCoeff());
-        constexpr double kInt32Room = 1 << 30;
         // Two steps of room for rounding at both ends.
-        _step = static_cast<float>(std::max(largestPatch * _scale / (Lattice::kMaxOffset - 2), farthest / kInt32Room));
+        const double least = std::max(_largestPatch / (Lattice::kMaxOffset - 2), farthest(whole) / kInt32Room);
+        _step = shared ? shared->step : static_cast<float>(least);
+        if (shared && static_cast<double>(_step) < least) {
+            throw AssetError(map.name() + ": a patch is too large for the lattice that tiles share");
+        }
         if (!(_step >= std::numeric_limits<float>::min()) || !std::isfinite(_step)) {
             throw AssetError(map.name() + ": its size cannot be expressed in single precision");
         }
@@ -78,9 +74,33 @@ public:
     }
 
 private:
+    static constexpr double kInt32Room = 1 << 30;
+
+    /// The working frame's box around all levels; finds the largest patch.
+    AlignedBox3d measure(const LevelHierarchy& hierarchy)
+    {
+        AlignedBox3d whole;
+        for (const PatchLevels& levels : hierarchy.patches) {
+            AlignedBox3d box;
+            for (const auto& level : levels.positions) {
+                for (const Vector3d& p : level) { box.extend(p); }
+            }
+            _largestPatch = std::max(_largestPatch, box.sizes().maxCoeff() * _scale);
+            whole.extend(box);
+        }
+        return whole;
+    }
+
+    /// Of any coordinate, asset frame.
+    double farthest(const AlignedBox3d& whole) const
+    {
+        return std::max(toAsset(whole.min()).cwiseAbs().maxCoeff(), toAsset(whole.max()).cwiseAbs().maxCoeff());
+    }
+
     Vector3d _origin;
     Vector3d _shift;
     double _scale = 1.0;
+    double _largestPatch = 0.0; ///< asset frame
     float _step = 0.0F;
 };
 
@@ -92,6 +112,7 @@ void copyTopology(const PatchTopology& topology, const std::vector<FinestLevels>
         asset.edges[e].baseVertices = edge.vertices;
         asset.edges[e].patches = edge.patches;
         asset.edges[e].finestLevel = finest[edge.patches[0]].borders[edge.sides[0]];
+        asset.edges[e].coarsestLevel = edge.seamFactor != 0 ? asset.edges[e].finestLevel : std::uint8_t{0};
     }
     asset.patches.resize(topology.patches.size());
     for (std::size_t p = 0; p < topology.patches.size(); ++p) {

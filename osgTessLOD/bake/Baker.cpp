@@ -87,6 +87,7 @@ std::vector<std::uint16_t> ladderOf(const BakeOptions& options)
     if (options.technique == "uniform" && ladder != powersOfTwo) {
         throw AssetError("levels of the technique uniform are the powers of two");
     }
+    if (options.tile && ladder != powersOfTwo) { throw AssetError("levels of tiles are the powers of two"); }
     return ladder;
 }
 
@@ -269,6 +270,34 @@ MappedSource mapMesh(SourceMesh mesh, const BakeOptions& options, Progress& prog
                                 : makeSharedUvPatches(std::move(mesh), options, report);
 }
 
+/// Half of the tolerance is for the seam itself, the rest for the patch beside it.
+constexpr double kSeamPart = 0.5;
+
+MappedSource mapTile(const std::string& path, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    HeightTile tile = inOneStep("import", "file", progress, report,
+                                [&] { return readHeightTile(path, options.heights, *options.tile); });
+    report.tile = options.tile;
+    report.filledVoids = tile.filledVoids;
+    if (report.filledVoids > 0) {
+        report.repairs.push_back(fmt::format("{} samples without data filled", report.filledVoids));
+    }
+    checkStrict(path, options, report);
+    if (const std::uint64_t voids = tile.field.voids(); voids > 0) {
+        throw AssetError(fmt::format(
+            "{}: tile {},{} of {} x {} has {} samples without data that are not filled, and tiles have no "
+            "holes: fill larger voids (--fill-voids)",
+            path, options.tile->column, options.tile->row, options.tile->count, options.tile->count, voids));
+    }
+    auto terrain = timed(report, "terrain", [&] {
+        return std::make_unique<TerrainMap>(std::move(tile), options.maxFactor, options.patchTolerance,
+                                            kSeamPart * options.tolerance, progress);
+    });
+    const SourceMesh& source = terrain->source();
+    const SourceSamples& samples = terrain->sourceSamples();
+    return {std::move(terrain), &source, &samples};
+}
+
 /// Terrain without voids keeps the vertical projection as its map; with voids it is a mesh with holes.
 MappedSource mapTerrain(const std::string& path, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
@@ -303,6 +332,7 @@ void checkSource(const std::string& source, const BakeOptions& options)
         (!options.base.empty() || !options.displacement.empty() || options.smoothingSteps > 0)) {
         throw AssetError(source + ": only meshes have base meshes, displacement maps and smoothing");
     }
+    if (options.tile && !isHeightFile(source)) { throw AssetError(source + ": only height images have tiles"); }
     if (!options.base.empty() && !options.displacement.empty()) {
         throw AssetError("with a displacement map the source itself is the base mesh");
     }
@@ -318,6 +348,7 @@ MappedSource mapSource(const std::string& source, const BakeOptions& options, Pr
     if (isBuiltin(source)) {
         return {makeBuiltinSurface(source.substr(sizeof kBuiltinPrefix - 1), options.builtinTriangles)};
     }
+    if (options.tile) { return mapTile(source, options, progress, report); }
     if (isHeightFile(source)) { return mapTerrain(source, options, progress, report); }
     SourceMesh mesh = inOneStep("import", "file", progress, report, [&] {
         return options.smoothingSteps > 0 ? importSmoothedMesh(source, options.smoothingSteps) : importMesh(source);
@@ -407,6 +438,10 @@ LodAsset bakeSurface(const std::string& source, const BakeOptions& options, Prog
     }
     asset.technique = options.technique;
     asset.source = source.substr(source.find_last_of('/') + 1);
+    if (report.tile) {
+        asset.source += fmt::format(" (tile {},{} of {} x {})", report.tile->column, report.tile->row,
+                                    report.tile->count, report.tile->count);
+    }
     asset.sourceTriangles = surface.map->sourceTriangles();
     if (options.normals) {
         asset.normals = timed(report, "normals", [&] {
@@ -478,6 +513,7 @@ std::string BakeReport::toJson() const
 {
     nlohmann::ordered_json json;
     json["source"] = source;
+    if (tile) { json["tile"] = {tile->column, tile->row, tile->count}; }
     json["source_triangles"] = sourceTriangles;
     json["patches"] = patches;
     json["diagonal"] = diagonal;

@@ -7,6 +7,7 @@
 #include <osgTessLOD/bake/ControlMesh.h>
 #include <osgTessLOD/bake/DisplacedMap.h>
 #include <osgTessLOD/bake/HeightField.h>
+#include <osgTessLOD/bake/HeightTile.h>
 #include <osgTessLOD/bake/LevelHierarchy.h>
 #include <osgTessLOD/bake/PatchChart.h>
 #include <osgTessLOD/bake/PatchMap.h>
@@ -17,6 +18,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,8 @@ struct BakeOptions {
     DisplacementOptions displaced;          ///< what the map's numbers mean
     unsigned smoothingSteps = 0;            ///< Catmull–Clark steps of a mesh source, before anything else
     HeightOptions heights;                  ///< for a height image as source (isHeightFile)
+    /// Of a height image, bake this tile alone: it meets those next to it, baked apart with the same options, without cracks.
+    std::optional<TileChoice> tile;
     /// Patches of a mesh are bisected until their finest level is estimated to be this near, in units of the model's size.
     double patchTolerance = 0.0007;
     /// No finer level of a patch is stored once its distance from the reference is at most this, in units of the model's
@@ -69,6 +73,7 @@ struct BakeReport {
         double seconds = 0.0;
     };
     std::string source;
+    std::optional<TileChoice> tile; ///< of the source
     std::uint64_t sourceTriangles = 0;
     bool isMesh = false;                    ///< made of a mesh, so that `cleaning` means something
     CleaningReport cleaning;

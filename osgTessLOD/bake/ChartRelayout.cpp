@@ -117,6 +117,11 @@ Eigen::Vector3d chartPosition(const TessellationPattern& pattern, const PatchCha
            at.weights[2] * chart.positions[t[2]];
 }
 
+bool isLaidOut(const StripMesh& mesh, std::uint32_t p)
+{
+    return isPositive(mesh.patch(p).lattice, mesh.patch(p).parameters);
+}
+
 void relayout(StripMesh& mesh, std::uint32_t p, const TessellationPattern& chartPattern, const PatchChart& chart)
 {
     const StripLattice lattice = mesh.patch(p).lattice;

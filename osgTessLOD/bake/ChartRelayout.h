@@ -14,6 +14,9 @@ namespace osgTessLOD::bake {
 OSGTESSLOD_EXPORT Eigen::Vector3d chartPosition(const TessellationPattern& pattern, const PatchChart& chart,
                                                 ChartPoint parameter);
 
+/// Are all of a patch's triangles positive in the chart?
+OSGTESSLOD_EXPORT bool isLaidOut(const StripMesh& mesh, std::uint32_t patch);
+
 /// Lays out the interior vertices of a patch anew so that all of its triangles are positive in the chart, and moves them by
 /// as much as the chart's surface does under them: for a patch some of whose triangles are turned over, which may be between
 /// patterns but must not have collapsed triangles. Border vertices stay; they must lie in order on their borders.

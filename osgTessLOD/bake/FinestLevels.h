@@ -19,6 +19,7 @@ using ErrorAtFinest = std::function<double(std::uint32_t patch, const FinestLeve
 /// Which levels are worth storing: for each patch a finest level at which its error is at most `tolerance`, its borders
 /// staying behind where neighbours end before it. Only where the ladder's last level, `last`, is not that good by itself
 /// is the error larger, and then no larger than it is there without such neighbours. Tolerance 0 keeps all levels.
+/// Seams are at their level, and patches no coarser than their seams.
 ///
 /// At first each patch ends where it and all finer levels are within the tolerance, as if its neighbours followed. A
 /// border is drawn no finer than the coarser of its patches, and a patch no finer than the finest of its borders. So,

@@ -102,7 +102,8 @@ std::uint64_t HeightField::voids() const
 
 Eigen::Vector3d HeightField::position(std::uint32_t column, std::uint32_t row) const
 {
-    return {corner[0] + spacing[0] * column, corner[1] - spacing[1] * row, static_cast<double>(at(column, row))};
+    const Eigen::Vector2d place = placeAt(column, row);
+    return {place.x(), place.y(), static_cast<double>(at(column, row))};
 }
 
 bool HeightField::isCutSouthEast(std::uint32_t column, std::uint32_t row) const

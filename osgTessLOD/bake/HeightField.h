@@ -22,12 +22,19 @@ struct OSGTESSLOD_EXPORT HeightField {
     std::uint32_t rows = 0;
     std::vector<float> heights;              ///< object units, row by row; NaN: a void
     std::array<double, 2> spacing{1.0, 1.0}; ///< object units from column to column and from row to row, above 0
-    std::array<double, 2> corner{0.0, 0.0};  ///< x and y of the sample in column 0 of row 0
+    std::array<double, 2> corner{0.0, 0.0};  ///< x and y of the sample in column 0 of row 0 of the whole
+    /// Of the whole that is column 0, row 0 here: above 0 in a part of it.
+    std::array<std::uint32_t, 2> first{};
 
     float at(std::uint32_t column, std::uint32_t row) const { return heights[std::size_t{row} * columns + column]; }
     bool isVoid(std::uint32_t column, std::uint32_t row) const { return std::isnan(at(column, row)); }
     std::uint64_t voids() const;
 
+    /// x and y at fractional columns and rows.
+    Eigen::Vector2d placeAt(double column, double row) const
+    {
+        return {corner[0] + spacing[0] * (first[0] + column), corner[1] - spacing[1] * (first[1] + row)};
+    }
     Eigen::Vector3d position(std::uint32_t column, std::uint32_t row) const;
     /// Is the cell whose north-western sample this is cut from there to the south-east, or else the other way?
     bool isCutSouthEast(std::uint32_t column, std::uint32_t row) const;

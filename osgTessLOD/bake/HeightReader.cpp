@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Reads height fields: images and GeoTIFF by ImageFiles, raw SRTM tiles by itself.
+#include <osgTessLOD/bake/HeightRows.h>
+
 #include <osgTessLOD/asset/AssetError.h>
-#include <osgTessLOD/bake/HeightField.h>
-#include <osgTessLOD/bake/ImageFiles.h>
 
 #include <algorithm>
 #include <array>
@@ -33,31 +33,42 @@ AssetError fault(const std::string& path, const std::string& what)
     return AssetError(path + ": " + what);
 }
 
-void checkSize(const std::string& path, std::uint64_t columns, std::uint64_t rows)
-{
-    if (columns < 2 || rows < 2) { throw fault(path, "a height field has two columns and two rows at least"); }
-    if (columns * rows > kMostSamples) { throw fault(path, "has more than 2^31 heights"); }
-}
+/// A raw SRTM tile: a square of big-endian 16-bit heights in metres over one degree.
+class HgtRows : public ImageRows {
+public:
+    explicit HgtRows(const std::string& path)
+        : _path(path)
+        , _stream(path, std::ios::binary)
+    {
+        std::error_code error;
+        const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+        if (error || !_stream) { throw fault(path, "cannot be opened"); }
+        const auto side = static_cast<std::uint32_t>(std::lround(std::sqrt(static_cast<double>(bytes) / 2.0)));
+        if (std::uint64_t{side} * side * 2 != bytes) { throw fault(path, "is not a square of 16-bit heights"); }
+        width = height = side;
+    }
 
-/// A raw SRTM tile: a square of big-endian 16-bit heights in metres over one degree, named after its south-western corner.
-HeightField readHgt(const std::string& path, Georeference& where)
+    void read(std::uint32_t first, std::uint32_t count, float* pixels) override
+    {
+        std::vector<unsigned char> raw(std::size_t{2} * width * count);
+        _stream.seekg(static_cast<std::streamoff>(std::size_t{2} * width * first));
+        if (!_stream.read(reinterpret_cast<char*>(raw.data()), static_cast<std::streamsize>(raw.size()))) {
+            throw fault(_path, "cannot be read");
+        }
+        for (std::size_t i = 0; i < raw.size(); i += 2) {
+            *pixels++ = static_cast<std::int16_t>(raw[i] << 8 | raw[i + 1]);
+        }
+    }
+
+private:
+    std::string _path;
+    std::ifstream _stream;
+};
+
+/// Of a raw SRTM tile, which is named after its south-western corner.
+Georeference hgtPlace(const std::string& path, std::uint32_t side)
 {
-    std::error_code error;
-    const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-    std::ifstream stream(path, std::ios::binary);
-    if (error || !stream) { throw fault(path, "cannot be opened"); }
-    const auto side = static_cast<std::uint32_t>(std::lround(std::sqrt(static_cast<double>(bytes) / 2.0)));
-    if (std::uint64_t{side} * side * 2 != bytes) { throw fault(path, "is not a square of 16-bit heights"); }
-    checkSize(path, side, side);
-    std::vector<unsigned char> raw(static_cast<std::size_t>(bytes));
-    if (!stream.read(reinterpret_cast<char*>(raw.data()), static_cast<std::streamsize>(bytes))) {
-        throw fault(path, "cannot be read");
-    }
-    HeightField field;
-    field.columns = field.rows = side;
-    for (std::size_t i = 0; i < raw.size(); i += 2) {
-        field.heights.push_back(static_cast<std::int16_t>(raw[i] << 8 | raw[i + 1]));
-    }
+    Georeference where;
     where.voidValue = std::numeric_limits<std::int16_t>::min();
     char hemisphere = 0;
     char meridian = 0;
@@ -71,23 +82,7 @@ HeightField readHgt(const std::string& path, Georeference& where)
     }
     where.spacing = {1.0 / (side - 1), 1.0 / (side - 1)};
     where.inDegrees = true;
-    return field;
-}
-
-HeightField readImage(const std::string& path)
-{
-    ImageData image = imageFiles().read(path, 1);
-    checkSize(path, image.width, image.height);
-    HeightField field;
-    field.columns = image.width;
-    field.rows = image.height;
-    field.heights = std::move(image.pixels);
-    if (image.largestInteger > 0.0) {
-        for (float& height : field.heights) {
-            height = static_cast<float>(std::lround(static_cast<double>(height) * image.largestInteger));
-        }
-    }
-    return field;
+    return where;
 }
 
 /// Degrees of longitude and latitude to metres at the middle latitude (WGS 84's mean radii, spherical).
@@ -99,18 +94,6 @@ void layOutInMetres(const HeightField& field, Georeference& where)
     for (std::size_t axis = 0; axis < 2; ++axis) {
         where.spacing[axis] *= scale[axis];
         where.corner[axis] *= scale[axis];
-    }
-}
-
-void applyOptions(const HeightOptions& options, const Georeference& where, HeightField& field)
-{
-    field.spacing = options.spacing.value_or(where.spacing);
-    field.corner = options.spacing ? std::array<double, 2>{0.0, 0.0} : where.corner;
-    const std::optional<double> voidValue = options.voidValue ? options.voidValue : where.voidValue;
-    for (float& height : field.heights) {
-        const auto scaled = static_cast<float>(static_cast<double>(height) * options.scale);
-        const bool isVoid = !std::isfinite(scaled) || (voidValue && height == static_cast<float>(*voidValue));
-        height = isVoid ? std::numeric_limits<float>::quiet_NaN() : scaled;
     }
 }
 
@@ -135,19 +118,60 @@ bool isHeightFile(const std::string& path)
     return std::find(known.begin(), known.end(), extensionOf(path)) != known.end();
 }
 
-HeightField readHeightField(const std::string& path, const HeightOptions& options)
+HeightRows::HeightRows(const std::string& path, const HeightOptions& options)
+    : _options(options)
 {
     if (options.spacing && !((*options.spacing)[0] > 0.0 && (*options.spacing)[1] > 0.0)) {
         throw fault(path, "the spacing of heights must be above 0");
     }
-    Georeference where;
     const std::string extension = extensionOf(path);
-    HeightField field = extension == ".hgt" ? readHgt(path, where) : readImage(path);
-    field.name = path;
-    if (extension == ".tif" || extension == ".tiff") { where = imageFiles().georeference(path); }
-    if (where.inDegrees) { layOutInMetres(field, where); }
-    applyOptions(options, where, field);
-    checkPlace(field);
+    if (extension == ".hgt") {
+        _rows = std::make_unique<HgtRows>(path);
+    } else {
+        _rows = imageFiles().open(path, 1);
+    }
+    _whole.name = path;
+    _whole.columns = _rows->width;
+    _whole.rows = _rows->height;
+    if (_whole.columns < 2 || _whole.rows < 2) {
+        throw fault(path, "a height field has two columns and two rows at least");
+    }
+    if (extension == ".hgt") { _where = hgtPlace(path, _whole.columns); }
+    if (extension == ".tif" || extension == ".tiff") { _where = imageFiles().georeference(path); }
+    place();
+}
+
+HeightRows::~HeightRows() = default;
+
+void HeightRows::place()
+{
+    if (_where.inDegrees) { layOutInMetres(_whole, _where); }
+    _whole.spacing = _options.spacing.value_or(_where.spacing);
+    _whole.corner = _options.spacing ? std::array<double, 2>{0.0, 0.0} : _where.corner;
+    checkPlace(_whole);
+}
+
+void HeightRows::read(std::uint32_t first, std::uint32_t count, float* heights)
+{
+    _rows->read(first, count, heights);
+    const std::optional<double> voidValue = _options.voidValue ? _options.voidValue : _where.voidValue;
+    std::for_each_n(heights, std::size_t{_whole.columns} * count, [&](float& height) {
+        if (_rows->largestInteger > 0.0) {
+            height = static_cast<float>(std::lround(static_cast<double>(height) * _rows->largestInteger));
+        }
+        const auto scaled = static_cast<float>(static_cast<double>(height) * _options.scale);
+        const bool isVoid = !std::isfinite(scaled) || (voidValue && height == static_cast<float>(*voidValue));
+        height = isVoid ? std::numeric_limits<float>::quiet_NaN() : scaled;
+    });
+}
+
+HeightField readHeightField(const std::string& path, const HeightOptions& options)
+{
+    HeightRows rows(path, options);
+    HeightField field = rows.whole();
+    if (std::uint64_t{field.columns} * field.rows > kMostSamples) { throw fault(path, "has more than 2^31 heights"); }
+    field.heights.resize(std::size_t{field.columns} * field.rows);
+    rows.read(0, field.rows, field.heights.data());
     if (field.voids() == field.heights.size()) { throw fault(path, "has no height at all"); }
     return field;
 }

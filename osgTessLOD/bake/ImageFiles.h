@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +18,21 @@ struct ImageData {
     std::vector<float> pixels; ///< `channels` numbers each, rows from the top; integers as parts of the largest one
     double largestInteger =
         0.0; ///< that the file's format holds, such as 65,535; 0: floating-point numbers, as they are
+};
+
+/// The first channels of an image file that is read a few rows at a time: of images that are larger than memory.
+class ImageRows {
+public:
+    virtual ~ImageRows() = default;
+
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    double largestInteger = 0.0; ///< as in ImageData
+    std::uint32_t band = 1;      ///< rows that the file has together: reads best begin at multiples of it
+
+    /// Rows `first` … `first` + `count` − 1 from the top, width · channels numbers each, as ImageData has them. Quick where rows are
+    /// read in their order. Throws AssetError naming the file and the fault.
+    virtual void read(std::uint32_t first, std::uint32_t count, float* pixels) = 0;
 };
 
 /// Where a survey lies, and what it does not know.
@@ -36,6 +52,8 @@ public:
     /// Of the format that the path's extension tells. Throws AssetError naming the file and the fault: unreadable, not of two dimensions, fewer channels than asked for, more
     /// than 2^32 numbers or 16,384 times the size of the file.
     virtual ImageData read(const std::string& path, unsigned channels) const = 0;
+    /// The same, to be read by rows, however many there are.
+    virtual std::unique_ptr<ImageRows> open(const std::string& path, unsigned channels) const = 0;
     /// The bytes of a file of this image, of the format that the path's extension tells; nothing is written there. Floating-point numbers
     /// of 32 bits if image.largestInteger is 0, else 16 bits for 0 … 1. Throws AssetError naming the path and the fault.
     virtual std::string encode(const std::string& path, const ImageData& image) const = 0;

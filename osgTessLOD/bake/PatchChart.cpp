@@ -6,6 +6,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cassert>
 
 namespace osgTessLOD::bake {
 
@@ -101,6 +102,13 @@ std::uint32_t borderVertex(const PatchTopology::Edge& edge, unsigned which, unsi
 {
     const unsigned along = which == 0 ? step : factor - step;
     return (edge.sides[which] * factor + along) % TessellationPattern::borderVertexCount(factor);
+}
+
+const Eigen::Vector3d& borderPosition(const ChartSet& set, const PatchTopology::Edge& edge, unsigned factor,
+                                      unsigned step)
+{
+    assert(set.factor % factor == 0);
+    return set.charts[edge.patches[0]].positions[borderVertex(edge, 0, set.factor, set.factor / factor * step)];
 }
 
 ChartSet makeCharts(const PatchMap& map, unsigned factor, Progress& progress)

@@ -34,6 +34,10 @@ struct ChartSet {
 /// Parallel over patches; the result does not depend on the number of threads.
 OSGTESSLOD_EXPORT ChartSet makeCharts(const PatchMap& map, unsigned factor, Progress& progress);
 
+/// Where the charts have the vertex of a border `step` steps along it, of a pattern whose factor divides theirs.
+OSGTESSLOD_EXPORT const Eigen::Vector3d& borderPosition(const ChartSet& set, const PatchTopology::Edge& edge,
+                                                        unsigned factor, unsigned step);
+
 /// Index in the pattern of `factor` of the border vertex `step` steps along `edge`, counted in the direction of
 /// edge.patches[0], as patch edge.patches[which] numbers it.
 OSGTESSLOD_EXPORT std::uint32_t borderVertex(const PatchTopology::Edge& edge, unsigned which, unsigned factor, unsigned step);

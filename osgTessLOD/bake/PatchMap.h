@@ -2,12 +2,14 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
+#include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/asset/LodMaterial.h>
 #include <osgTessLOD/bake/PatchTopology.h>
 
 #include <Eigen/Core>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,6 +47,8 @@ public:
 
     const PatchTopology& topology() const { return _topology; }
     const WorkingFrame& frame() const { return _frame; }
+    /// That the asset is to have, because others that meet it have it, too; none: its own.
+    const std::optional<Lattice>& lattice() const { return _lattice; }
     const std::string& name() const { return _name; }
     const SurfaceAttributes& attributes() const { return _attributes; }
     const std::vector<LodMaterial>& materials() const { return _materials; }
@@ -63,6 +67,7 @@ public:
 protected:
     PatchTopology _topology;
     WorkingFrame _frame;
+    std::optional<Lattice> _lattice;
     std::string _name;
     SurfaceAttributes _attributes;
     std::vector<LodMaterial> _materials;

@@ -16,6 +16,9 @@ struct OSGTESSLOD_EXPORT PatchTopology {
         std::array<std::uint32_t, 2> vertices;                 ///< in the direction patches[0] runs along it
         std::array<std::uint32_t, 2> patches{kNoPatch, kNoPatch};
         std::array<std::uint8_t, 2> sides{};                   ///< which side of each patch it is
+        /// Of a seam, an open border along which another surface is to meet this one: the factor that it is drawn with at any
+        /// distance, a power of two. Its vertices are then where the charts have them, evenly spaced. 0: no seam.
+        std::uint16_t seamFactor = 0;
     };
 
     std::uint32_t vertexCount = 0;

@@ -44,7 +44,12 @@ public:
             for (unsigned k = 0; k < 3; ++k) { _ofPatch[p][k * factor] = topology.patches[p][k]; }
         }
         _count = _baseVertices;
+        _isOnSeam.assign(_baseVertices + topology.edges.size() * (factor - 1), 0);
         for (const PatchTopology::Edge& edge : topology.edges) {
+            if (edge.seamFactor != 0) {
+                for (const std::uint32_t end : edge.vertices) { _isOnSeam[end] = 1; }
+                std::fill_n(_isOnSeam.begin() + _count, factor - 1, 1);
+            }
             for (unsigned step = 1; step < factor; ++step, ++_count) {
                 for (unsigned which = 0; which < 2; ++which) {
                     if (edge.patches[which] == kNoPatch) { continue; }
@@ -61,6 +66,7 @@ public:
 
     std::uint32_t count() const { return _count; }
     std::uint32_t baseVertexCount() const { return _baseVertices; }
+    bool isOnSeam(std::size_t vertex) const { return vertex < _isOnSeam.size() && _isOnSeam[vertex] != 0; }
     const std::vector<std::uint32_t>& ofPatch(std::size_t p) const { return _ofPatch[p]; }
 
     Positions gather(const std::vector<Positions>& positions) const
@@ -83,6 +89,7 @@ public:
 private:
     std::uint32_t _baseVertices;
     std::uint32_t _count = 0;
+    std::vector<char> _isOnSeam; ///< of base vertices and those of borders
     std::vector<std::vector<std::uint32_t>> _ofPatch;
 };
 
@@ -247,7 +254,10 @@ private:
         });
     }
 
-    bool isFixed(std::size_t vertex) const { return !_options.moveCorners && vertex < _vertices.baseVertexCount(); }
+    bool isFixed(std::size_t vertex) const
+    {
+        return _vertices.isOnSeam(vertex) || (!_options.moveCorners && vertex < _vertices.baseVertexCount());
+    }
 
     /// Solves the equations by conjugate gradients from `start`, whose fixed vertices stay.
     Positions solve(const Positions& start) const

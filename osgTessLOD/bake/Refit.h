@@ -34,7 +34,7 @@ struct RefitResult {
 /// longest vectors alone, so weights are powers of eq. 4.8's ratio whose exponent doubles from pass to pass, and passes go
 /// ever smaller parts of the way lest they overshoot: p-norms of growing p (Burrus, Barreto and Selesnick, "Iterative
 /// reweighted least-squares design of FIR filters", 1994). Vertices that patches share are one unknown, and bit-identical
-/// afterwards. Each vector's weight is relative to the longest of its
+/// afterwards. Those of seams stay. Each vector's weight is relative to the longest of its
 /// own patch, not of the mesh: every patch is selected by its own error, and where the whole patch is good, the mesh's
 /// longest vector elsewhere would make all weights equal.
 ///

@@ -157,8 +157,34 @@ private:
         });
     }
 
+    /// Puts the vertices of seams where the charts have them, evenly spaced; what lies beside them is laid out anew if need be.
+    void straightenSeams()
+    {
+        const unsigned factor = _mesh.patch(0).lattice.factor();
+        std::vector<std::uint32_t> patches;
+        for (const PatchTopology::Edge& edge : _topology.edges) {
+            if (edge.seamFactor == 0) { continue; }
+            patches.push_back(edge.patches[0]);
+            for (unsigned step = 1; step < factor; ++step) {
+                const StripMesh::Site vertex{edge.patches[0],
+                                             _mesh.patch(edge.patches[0]).lattice.border(edge.sides[0], step)};
+                const auto along = static_cast<std::int32_t>(ChartPoint::kUnits / factor * step);
+                _mesh.placeAlone(vertex, borderPosition(_charts, edge, factor, step),
+                                 borderParameter(edge.sides[0], along));
+            }
+        }
+        std::sort(patches.begin(), patches.end());
+        patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
+        tbb::parallel_for(std::size_t{0}, patches.size(), [&](std::size_t i) {
+            if (isLaidOut(_mesh, patches[i])) { return; }
+            relayout(_mesh, patches[i], _chartPattern, _charts.charts[patches[i]]);
+            ++_relayouts;
+        });
+    }
+
     void store(std::size_t level)
     {
+        straightenSeams();
         if (_options.refit) { refitLevel(level); }
         tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(_mesh.patchCount()), [&](std::uint32_t p) {
             PatchLevels& levels = _hierarchy.patches[p];

@@ -11,11 +11,14 @@
 #include <osgTessLOD/bake/TerrainMap.h>
 
 #include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/bake/SeamLevels.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <utility>
 
 namespace osgTessLOD::bake {
@@ -26,8 +29,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-/// Sides of the squares that bisection starts from, in samples, about.
-constexpr double kRootSide = 1024.0;
 /// Bisections of a root triangle's shorter sides at most: integer coordinates stay exact.
 constexpr unsigned kMostHalvings = 18;
 constexpr std::int64_t kRootUnits = std::int64_t{1} << kMostHalvings;
@@ -94,16 +95,18 @@ private:
     double _factor;
 };
 
+/// By HeightTile::Side.
+using Seams = std::array<std::optional<SeamLevels>, 4>;
+
 class Bisection {
 public:
-    /// Squares of about kRootSide samples, each two triangles.
-    explicit Bisection(const HeightField& field)
+    /// rootSquares(), each two triangles.
+    Bisection(const HeightField& field, const Seams& seams)
+        : _seams(seams)
     {
-        const auto squares = [](std::uint32_t samples) {
-            return static_cast<std::uint32_t>(std::max(1.0, std::round((samples - 1) / kRootSide)));
-        };
-        const std::uint32_t across = squares(field.columns);
-        const std::uint32_t down = squares(field.rows);
+        const std::uint32_t across = rootSquares(field.columns);
+        const std::uint32_t down = rootSquares(field.rows);
+        _last = {across * kRootUnits, down * kRootUnits};
         _scale = Vector2d((field.columns - 1.0) / across, (field.rows - 1.0) / down) / static_cast<double>(kRootUnits);
         std::map<std::pair<Place, Place>, std::uint32_t> sides;
         for (std::uint32_t row = 0; row < down; ++row) {
@@ -127,11 +130,34 @@ public:
     {
         return {sampleAt(t.corners[0]), sampleAt(t.corners[1]), sampleAt(t.corners[2])};
     }
-    /// Can it be cut in exact halves?
+    /// Can it be cut in exact halves, and what has to be cut before it, too, without a seam having less than a segment?
     bool isDivisible(std::uint32_t t) const
     {
         const auto& c = _triangles[t].corners;
-        return (c[1][0] + c[2][0]) % 2 == 0 && (c[1][1] + c[2][1]) % 2 == 0;
+        if ((c[1][0] + c[2][0]) % 2 != 0 || (c[1][1] + c[2][1]) % 2 != 0) { return false; }
+        for (;;) {
+            const Triangle& triangle = _triangles[t];
+            const std::uint32_t below = triangle.beside[1];
+            if (below == kNone) { return seamSegments(triangle.corners[1], triangle.corners[2]) != 1; }
+            if (_triangles[below].beside[1] == t) { return true; }
+            t = below;
+        }
+    }
+    /// Has it a side on a seam that goes beyond one of the seam's parts?
+    bool crossesSeamParts(std::uint32_t t) const
+    {
+        const auto& c = _triangles[t].corners;
+        for (std::size_t side = 0; side < 3; ++side) {
+            const SeamSpan span = seamSpan(c[side], c[(side + 1) % 3]);
+            if (span.seam != nullptr && span.seam->isDivided(span.from, span.to)) { return true; }
+        }
+        return false;
+    }
+    /// Of a side within one part of a seam; 0: it is on none.
+    unsigned seamSegments(const Place& a, const Place& b) const
+    {
+        const SeamSpan span = seamSpan(a, b);
+        return span.seam != nullptr ? span.seam->segments(span.from, span.to) : 0;
     }
 
     /// Cuts the triangle, and what has to be cut with it. The triangle keeps its number for one half.
@@ -151,6 +177,24 @@ public:
     }
 
 private:
+    struct SeamSpan {
+        const SeamLevels* seam = nullptr;
+        std::int64_t from = 0;
+        std::int64_t to = 0;
+    };
+
+    SeamSpan seamSpan(const Place& a, const Place& b) const
+    {
+        for (std::size_t side = 0; side < _seams.size(); ++side) {
+            const std::size_t across = side % 2; // West and East are at a column, North and South at a row
+            const std::int64_t line = side < 2 ? 0 : _last[across];
+            if (!_seams[side] || a[across] != line || b[across] != line) { continue; }
+            const auto [from, to] = std::minmax(a[1 - across], b[1 - across]);
+            return {&*_seams[side], from, to};
+        }
+        return {};
+    }
+
     void addRoot(const std::array<Place, 3>& corners, std::map<std::pair<Place, Place>, std::uint32_t>& sides)
     {
         const auto number = static_cast<std::uint32_t>(_triangles.size());
@@ -200,20 +244,75 @@ private:
         _triangles[below].beside[2] = second;
     }
 
+    const Seams& _seams;
     std::vector<Triangle> _triangles;
+    Place _last;     ///< the south-eastern corner
     Vector2d _scale; ///< samples per unit
 };
+
+std::vector<float> heightsOfSide(const HeightField& field, HeightTile::Side side)
+{
+    std::vector<float> heights;
+    if (side == HeightTile::West || side == HeightTile::East) {
+        const std::uint32_t column = side == HeightTile::West ? 0 : field.columns - 1;
+        for (std::uint32_t row = 0; row < field.rows; ++row) { heights.push_back(field.at(column, row)); }
+    } else {
+        const std::uint32_t row = side == HeightTile::North ? 0 : field.rows - 1;
+        for (std::uint32_t column = 0; column < field.columns; ++column) { heights.push_back(field.at(column, row)); }
+    }
+    return heights;
+}
+
+/// The even part of a root that a coordinate along a seam is but for rounding; whole samples exactly.
+double evenPart(double at, std::size_t samples)
+{
+    constexpr double kParts = 1 << 28;
+    constexpr double kRounding = 1e-7;
+    const double unit = static_cast<double>(samples - 1) / rootSquares(static_cast<std::uint32_t>(samples)) / kParts;
+    const double part = std::round(at / unit) * unit;
+    return std::fabs(part - std::round(part)) < kRounding ? std::round(part) : part;
+}
 
 } // namespace
 
 TerrainMap::TerrainMap(HeightField field, unsigned factor, double tolerance, Progress& progress)
     : _field(std::move(field))
 {
-    _name = _field.name;
     fitFrame();
-    Bisection bisection(_field);
+    makePatches(factor, tolerance, 0.0, progress);
+}
+
+TerrainMap::TerrainMap(HeightTile tile, unsigned factor, double tolerance, double seamTolerance, Progress& progress)
+    : _field(std::move(tile.field))
+    , _around(std::move(tile.around))
+{
+    _frame = tile.frame;
+    _lattice = tile.lattice;
+    for (const HeightTile::Side side : {HeightTile::West, HeightTile::North, HeightTile::East, HeightTile::South}) {
+        if (tile.isSeam[side]) { _seams[side] = heightsOfSide(_field, side); }
+    }
+    makePatches(factor, tolerance, seamTolerance, progress);
+}
+
+void TerrainMap::makePatches(unsigned factor, double tolerance, double seamTolerance, Progress& progress)
+{
+    _name = _field.name;
+    Seams seams;
+    for (std::size_t side = 0; side < seams.size(); ++side) {
+        if (_seams[side].empty()) { continue; }
+        const std::uint32_t roots = rootSquares(static_cast<std::uint32_t>(_seams[side].size()));
+        seams[side].emplace(SeamLine{_seams[side], roots}, factor, seamTolerance * _frame.scale, kRootUnits);
+    }
+    Bisection bisection(_field, seams);
     const HeightError error(_field, factor);
     progress.begin("bisection", 1, "surface");
+    for (std::uint32_t t = 0; t < bisection.triangles().size();) {
+        if (bisection.crossesSeamParts(t)) {
+            bisection.bisect(t);
+        } else {
+            ++t;
+        }
+    }
     for (std::uint32_t t = 0; t < bisection.triangles().size();) {
         const bool isRough = bisection.isDivisible(t) &&
                              error.within(bisection.cornersOf(bisection.triangles()[t])) > tolerance * _frame.scale;
@@ -228,18 +327,25 @@ TerrainMap::TerrainMap(HeightField field, unsigned factor, double tolerance, Pro
     progress.end();
 
     std::map<Place, std::uint32_t> vertices;
+    std::vector<Place> places;
     std::vector<std::array<std::uint32_t, 3>> patches;
     for (const Triangle& triangle : bisection.triangles()) {
         std::array<std::uint32_t, 3> patch{};
         for (std::size_t k = 0; k < 3; ++k) {
-            const auto number = static_cast<std::uint32_t>(_vertices.size());
+            const auto number = static_cast<std::uint32_t>(places.size());
             const auto [at, isNew] = vertices.try_emplace(triangle.corners[k], number);
-            if (isNew) { _vertices.push_back(bisection.sampleAt(triangle.corners[k])); }
+            if (isNew) { places.push_back(triangle.corners[k]); }
             patch[k] = at->second;
         }
         patches.push_back(patch);
     }
-    _topology = PatchTopology::build(static_cast<std::uint32_t>(_vertices.size()), std::move(patches));
+    for (const Place& place : places) { _vertices.push_back(bisection.sampleAt(place)); }
+    _topology = PatchTopology::build(static_cast<std::uint32_t>(places.size()), std::move(patches));
+    for (PatchTopology::Edge& edge : _topology.edges) {
+        if (edge.patches[1] != kNoPatch) { continue; }
+        edge.seamFactor =
+            static_cast<std::uint16_t>(bisection.seamSegments(places[edge.vertices[0]], places[edge.vertices[1]]));
+    }
     sampleSource();
 }
 
@@ -259,13 +365,31 @@ std::array<Vector2d, 3> TerrainMap::cornersOf(std::uint32_t patch) const
     return {_vertices[corners[0]], _vertices[corners[1]], _vertices[corners[2]]};
 }
 
+/// Takes what rounding did to points on seams back, so that the tiles on both sides have the same bits.
+double TerrainMap::heightAt(Vector2d& at) const
+{
+    constexpr double kOnSeam = 1e-6; // samples; other points of patterns are farther away
+    for (std::size_t side = 0; side < _seams.size(); ++side) {
+        const Eigen::Index across = side % 2;
+        const double line = side < 2 ? 0.0 : (across == 0 ? _field.columns : _field.rows) - 1.0;
+        if (_seams[side].empty() || std::fabs(at[across] - line) > kOnSeam) { continue; }
+        at[across] = line;
+        at[1 - across] = evenPart(at[1 - across], _seams[side].size());
+        return heightOnSeam(_seams[side], at[1 - across]);
+    }
+    return _field.heightAt(at.x(), at.y());
+}
+
 SurfacePoint TerrainMap::evaluate(std::uint32_t patch, const Vector3d& barycentric) const
 {
     const auto corners = cornersOf(patch);
-    const Vector2d at = barycentric[0] * corners[0] + barycentric[1] * corners[1] + barycentric[2] * corners[2];
-    const Vector3d position(_field.corner[0] + _field.spacing[0] * at.x(),
-                            _field.corner[1] - _field.spacing[1] * at.y(), _field.heightAt(at.x(), at.y()));
-    const Vector2d slope = _field.slopeAt(at.x(), at.y());
+    Vector2d at = barycentric[0] * corners[0] + barycentric[1] * corners[1] + barycentric[2] * corners[2];
+    const double height = heightAt(at);
+    const Vector2d place = _field.placeAt(at.x(), at.y());
+    const Vector3d position(place.x(), place.y(), height);
+    const Vector2d slope = _around.heights.empty() ? _field.slopeAt(at.x(), at.y())
+                                                   : _around.slopeAt(at.x() + (_field.first[0] - _around.first[0]),
+                                                                     at.y() + (_field.first[1] - _around.first[1]));
     SurfacePoint point;
     point.position = (position - _frame.center) / _frame.scale;
     point.normal = Vector3d(-slope.x(), -slope.y(), 1.0).normalized();

@@ -4,6 +4,7 @@
 #include <osgTessLOD/Export.h>
 #include <osgTessLOD/bake/ChartError.h>
 #include <osgTessLOD/bake/HeightField.h>
+#include <osgTessLOD/bake/HeightTile.h>
 #include <osgTessLOD/bake/PatchMap.h>
 #include <osgTessLOD/bake/Progress.h>
 
@@ -24,6 +25,10 @@ public:
     /// `tolerance` (of the size of the field's bounding box) from the field's.
     TerrainMap(HeightField field, unsigned factor, double tolerance, Progress& progress);
 
+    /// A tile without voids. Its seams are drawn with the same vertices from both sides, whatever the view: within `seamTolerance`
+    /// (of the same size) of the field's border if `factor` can do it.
+    TerrainMap(HeightTile tile, unsigned factor, double tolerance, double seamTolerance, Progress& progress);
+
     const HeightField& field() const { return _field; }
     std::uint64_t sourceTriangles() const override { return 2 * std::uint64_t{_field.columns - 1} * (_field.rows - 1); }
 
@@ -35,11 +40,18 @@ public:
     const SourceSamples& sourceSamples() const { return _samples; }
 
 private:
+    /// Heights of the samples on each side of the tile beyond which there is another, by HeightTile::Side; else empty.
+    using SeamHeights = std::array<std::vector<float>, 4>;
+
+    void makePatches(unsigned factor, double tolerance, double seamTolerance, Progress& progress);
     std::array<Eigen::Vector2d, 3> cornersOf(std::uint32_t patch) const;
+    double heightAt(Eigen::Vector2d& at) const;
     void fitFrame();
     void sampleSource();
 
     HeightField _field;
+    HeightField _around; ///< of a tile: with some samples beyond it
+    SeamHeights _seams;
     std::vector<Eigen::Vector2d> _vertices; ///< of the patches: fractional column and row
     SourceMesh _source;
     SourceSamples _samples;

@@ -96,7 +96,8 @@ void coarsenBorders(const PatchTopology& topology, unsigned fine, unsigned coars
         Positions along(fine + 1);
         for (unsigned step = 0; step <= fine; ++step) { along[step] = finer[borderVertex(edge, 0, fine, step)]; }
         for (unsigned step = 1; step < coarse; ++step) {
-            const Vector3d position = Coarsening::filterBorder(along, step);
+            const Vector3d position =
+                edge.seamFactor != 0 ? along[std::size_t{2} * step] : Coarsening::filterBorder(along, step);
             for (unsigned which = 0; which < 2; ++which) {
                 if (edge.patches[which] == kNoPatch) { continue; }
                 hierarchy.patches[edge.patches[which]].positions[level][borderVertex(edge, which, coarse, step)] = position;
@@ -136,6 +137,13 @@ LevelHierarchy makeUniformLevels(const PatchTopology& topology, const ChartSet& 
         }
         progress.step(1);
     });
+
+    for (const PatchTopology::Edge& edge : topology.edges) {
+        for (unsigned step = 1; edge.seamFactor != 0 && step < ladder[finest]; ++step) {
+            hierarchy.patches[edge.patches[0]].positions[finest][borderVertex(edge, 0, ladder[finest], step)] =
+                borderPosition(charts, edge, ladder[finest], step);
+        }
+    }
 
     std::vector<std::vector<std::uint32_t>> ancestors(ladder.size());
     for (std::size_t level = finest; level-- > 0;) {

@@ -10,6 +10,7 @@
 #include <geotiff/geovalues.h>
 #include <geotiff/xtiffio.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
@@ -44,10 +45,14 @@ double largestInteger(const std::string& path, OIIO::TypeDesc::BASETYPE type)
     }
 }
 
+std::uint64_t numbersOf(const OIIO::ImageSpec& spec, unsigned channels)
+{
+    return static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height) * channels;
+}
+
 void checkSize(const std::string& path, const OIIO::ImageSpec& spec, unsigned channels)
 {
-    const std::uint64_t numbers = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height) * channels;
-    if (numbers > kMostNumbers) { throw fault(path, "is too large an image"); }
+    const std::uint64_t numbers = numbersOf(spec, channels);
     std::error_code error;
     const std::uintmax_t bytes = std::filesystem::file_size(path, error);
     if (error || numbers * spec.format.size() / kMostExpansion > bytes) {
@@ -64,6 +69,72 @@ std::unique_ptr<OIIO::ImageInput> readerOf(const std::string& path)
     if (!reader) { throw fault(path, OIIO::geterror()); }
     return reader;
 }
+
+/// Throws for what is no image of two dimensions with so many channels, or claims to be larger than it can be.
+std::unique_ptr<OIIO::ImageInput> openImage(const std::string& path, unsigned channels)
+{
+    std::unique_ptr<OIIO::ImageInput> input = readerOf(path);
+    OIIO::ImageSpec spec;
+    if (!input->open(path, spec)) { throw fault(path, input->geterror()); }
+    if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1) {
+        throw fault(path, "is not an image of two dimensions");
+    }
+    if (spec.nchannels < static_cast<int>(channels)) {
+        throw fault(path, "has " + std::to_string(spec.nchannels) + " channels where " + std::to_string(channels) +
+                              " are needed");
+    }
+    largestInteger(path, static_cast<OIIO::TypeDesc::BASETYPE>(spec.format.basetype));
+    checkSize(path, spec, channels);
+    return input;
+}
+
+class OpenImageRows : public ImageRows {
+public:
+    OpenImageRows(const std::string& path, unsigned channels)
+        : _path(path)
+        , _channels(static_cast<int>(channels))
+        , _input(openImage(path, channels))
+    {
+        const OIIO::ImageSpec& spec = _input->spec();
+        width = static_cast<std::uint32_t>(spec.width);
+        height = static_cast<std::uint32_t>(spec.height);
+        largestInteger = bake::largestInteger(path, static_cast<OIIO::TypeDesc::BASETYPE>(spec.format.basetype));
+        if (spec.tile_height > 0) { band = static_cast<std::uint32_t>(spec.tile_height); }
+    }
+
+    void read(std::uint32_t first, std::uint32_t count, float* pixels) override
+    {
+        const OIIO::ImageSpec& spec = _input->spec();
+        const std::uint32_t skipped = spec.tile_width > 0 ? first % band : 0; // tiles are read whole
+        if (skipped != 0 || (spec.tile_width > 0 && count % band != 0 && first + count != height)) {
+            return readAligned(first, count, pixels);
+        }
+        const int begin = spec.y + static_cast<int>(first);
+        const int end = begin + static_cast<int>(count);
+        const bool isRead =
+            spec.tile_width > 0
+                ? _input->read_tiles(0, 0, spec.x, spec.x + spec.width, begin, end, spec.z, spec.z + 1, 0, _channels,
+                                     OIIO::TypeDesc::FLOAT, pixels)
+                : _input->read_scanlines(0, 0, begin, end, spec.z, 0, _channels, OIIO::TypeDesc::FLOAT, pixels);
+        if (!isRead) { throw fault(_path, _input->geterror()); }
+    }
+
+private:
+    /// Part of the rows of tiles.
+    void readAligned(std::uint32_t first, std::uint32_t count, float* pixels)
+    {
+        const std::size_t row = std::size_t{width} * static_cast<std::size_t>(_channels);
+        const std::uint32_t begin = first / band * band;
+        const std::uint32_t end = std::min(height, (first + count + band - 1) / band * band);
+        std::vector<float> whole(row * (end - begin));
+        read(begin, end - begin, whole.data());
+        std::copy_n(whole.begin() + static_cast<std::ptrdiff_t>(row * (first - begin)), row * count, pixels);
+    }
+
+    std::string _path;
+    int _channels;
+    std::unique_ptr<OIIO::ImageInput> _input;
+};
 
 struct TiffCloser {
     void operator()(TIFF* tiff) const { XTIFFClose(tiff); }
@@ -101,27 +172,24 @@ class OpenImageFiles : public ImageFiles {
 public:
     ImageData read(const std::string& path, unsigned channels) const override
     {
-        const std::unique_ptr<OIIO::ImageInput> input = readerOf(path);
-        OIIO::ImageSpec spec;
-        if (!input->open(path, spec)) { throw fault(path, input->geterror()); }
-        if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1) {
-            throw fault(path, "is not an image of two dimensions");
-        }
-        if (spec.nchannels < static_cast<int>(channels)) {
-            throw fault(path, "has " + std::to_string(spec.nchannels) + " channels where " + std::to_string(channels) +
-                                  " are needed");
-        }
+        const std::unique_ptr<OIIO::ImageInput> input = openImage(path, channels);
+        const OIIO::ImageSpec& spec = input->spec();
+        if (numbersOf(spec, channels) > kMostNumbers) { throw fault(path, "is too large an image"); }
         ImageData image;
         image.width = static_cast<std::uint32_t>(spec.width);
         image.height = static_cast<std::uint32_t>(spec.height);
         image.channels = channels;
         image.largestInteger = largestInteger(path, static_cast<OIIO::TypeDesc::BASETYPE>(spec.format.basetype));
-        checkSize(path, spec, channels);
         image.pixels.resize(std::size_t{image.width} * image.height * channels);
         if (!input->read_image(0, 0, 0, static_cast<int>(channels), OIIO::TypeDesc::FLOAT, image.pixels.data())) {
             throw fault(path, input->geterror());
         }
         return image;
+    }
+
+    std::unique_ptr<ImageRows> open(const std::string& path, unsigned channels) const override
+    {
+        return std::make_unique<OpenImageRows>(path, channels);
     }
 
     std::string encode(const std::string& path, const ImageData& image) const override

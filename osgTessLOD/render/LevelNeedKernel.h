@@ -52,6 +52,7 @@ struct alignas(32) Borders {
     std::uint32_t twins[3][kLanes];     ///< positions of the patches on the other side
     std::uint32_t twinSides[3][kLanes]; ///< and of which of their sides
     float finest[3][kLanes];            ///< level of the border
+    float coarsest[3][kLanes];          ///< it is drawn at this level at least: 0 but for seams
     float reach[kLanes];                ///< the largest of these
     std::uint32_t numbers[kLanes];      ///< of the patches in the asset
 };
@@ -77,7 +78,7 @@ struct Kernel {
     unsigned (*hidden)(const View& view, const Spheres& spheres, const ConeAxes& axes, const Lanes& cosines,
                        float sign);
     /// Levels of the patches at position `first` and after: of borders the larger need of both sides, as far as the border
-    /// goes and at most `cap`. `needs`: at [side · stride + position]; stride 0 where all sides of a patch need the same. Bit k
+    /// goes and at most `cap`, of seams the one that they have. `needs`: at [side · stride + position]; stride 0 where all sides of a patch need the same. Bit k
     /// of the result: patch k is saturated.
     unsigned (*levels)(const View& view, const Borders& borders, const float* needs, std::uint32_t stride,
                        std::uint32_t first, float cap, Levels& levels);

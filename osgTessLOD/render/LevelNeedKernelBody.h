@@ -273,6 +273,8 @@ unsigned levels(const View& view, const Borders& borders, const float* needs, st
         Floats level = LARGEST(own, other);
         level = LEAST(level, finest);
         level = LEAST(level, kZero + cap);
+        const Floats coarsest = load(borders.coarsest[side]);
+        level = LARGEST(level, coarsest);
         store(level, result.edges[side]);
         drawn = LARGEST(drawn, level);
     }

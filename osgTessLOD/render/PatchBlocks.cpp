@@ -264,9 +264,11 @@ void PatchBlocks::addBorders(const LodAsset& asset, const std::vector<std::uint3
         kernel::Borders& borders = links.borders[block];
         borders.numbers[lane] = order[position];
         for (std::uint32_t side = 0; side < 3; ++side) {
-            const unsigned finest = asset.edges[asset.patches[order[position]].edges[side]].finestLevel;
-            borders.finest[side][lane] = static_cast<float>(finest);
-            borders.reach[lane] = std::max(borders.reach[lane], static_cast<float>(finest));
+            const LodEdge& edge = asset.edges[asset.patches[order[position]].edges[side]];
+            borders.finest[side][lane] = static_cast<float>(edge.finestLevel);
+            borders.coarsest[side][lane] = static_cast<float>(edge.coarsestLevel);
+            borders.reach[lane] = std::max(borders.reach[lane], borders.finest[side][lane]);
+            links.hasSeams = links.hasSeams || edge.coarsestLevel > 0;
         }
         ++links.patchesByReach[static_cast<std::size_t>(borders.reach[lane])];
         for (std::uint32_t side = 0; side < 3; ++side) {

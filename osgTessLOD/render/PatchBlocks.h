@@ -55,6 +55,8 @@ public:
     const kernel::Borders& borders(std::uint32_t block) const { return _links->borders[block]; }
     /// Does a border of one of its patches end before the patch?
     bool hasShortBorders(std::uint32_t block) const { return _links->hasShortBorders[block] != 0; }
+    /// Is there a border that is not drawn as coarse as may be?
+    bool hasSeams() const { return _links->hasSeams; }
     /// Other blocks with a patch across a border of one of these: from, to.
     const std::uint32_t* neighboursBegin(std::uint32_t block) const { return &_links->neighbours[_links->firstNeighbour[block]]; }
     const std::uint32_t* neighboursEnd(std::uint32_t block) const { return &_links->neighbours[_links->firstNeighbour[block + 1]]; }
@@ -72,6 +74,7 @@ private:
         std::vector<std::uint32_t> neighbours;
         std::vector<std::uint32_t> edgeSides;
         std::vector<std::uint32_t> patchesByReach;
+        bool hasSeams = false;
     };
 
     void resize(std::size_t blocks);

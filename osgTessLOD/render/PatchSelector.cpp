@@ -293,6 +293,7 @@ private:
         if (!planes || *planes != 0) { return std::nullopt; }
         const LevelNeed::Range range = rangeOf(0);
         const float level = std::min(range.least, static_cast<float>(_cap));
+        if (_blocks.hasSeams()) { return std::nullopt; }
         if (range.least != range.largest || level != std::floor(level)) { return std::nullopt; }
         if (_faces != CulledFaces::None && level > 0.0F) { return std::nullopt; }
         Result result;
@@ -536,6 +537,7 @@ kernel::View PatchSelector::kernelView(const SelectionView& view, const Selectio
 
 SelectionStatistics PatchSelector::uniformStatistics(unsigned level) const
 {
+    if (_blocks.hasSeams()) { return statisticsOf(uniformRecords(level)); }
     SelectionStatistics statistics;
     statistics.patches = _blocks.patchCount();
     statistics.patchesByLevel.assign(_ladder.size(), 0);
@@ -550,20 +552,20 @@ PatchRecords PatchSelector::uniformRecords(unsigned level) const
 {
     level = std::min<unsigned>(level, static_cast<unsigned>(_ladder.size()) - 1);
     std::call_once(_uniform->once[level], [&] {
-        std::vector<PatchRecord> records;
-        records.reserve(_blocks.patchCount());
-        for (unsigned drawn = 0; drawn <= level; ++drawn) { // grouped, coarse first
-            for (std::uint32_t position = 0; position < _blocks.patchCount(); ++position) {
-                const kernel::Borders& borders = _blocks.borders(position / PatchBlocks::kLanes);
-                const std::uint32_t lane = position % PatchBlocks::kLanes;
-                if (std::min(borders.reach[lane], static_cast<float>(level)) != static_cast<float>(drawn)) { continue; }
-                PatchRecord record{borders.numbers[lane], {}};
-                for (std::size_t side = 0; side < 3; ++side) {
-                    record.edgeLevels[side] = std::min(borders.finest[side][lane], static_cast<float>(level));
-                }
-                records.push_back(record);
+        std::vector<std::vector<PatchRecord>> byLevel(_ladder.size());
+        for (std::uint32_t position = 0; position < _blocks.patchCount(); ++position) {
+            const kernel::Borders& borders = _blocks.borders(position / PatchBlocks::kLanes);
+            const std::uint32_t lane = position % PatchBlocks::kLanes;
+            PatchRecord record{borders.numbers[lane], {}};
+            for (std::size_t side = 0; side < 3; ++side) {
+                record.edgeLevels[side] = std::max(std::min(borders.finest[side][lane], static_cast<float>(level)),
+                                                   borders.coarsest[side][lane]);
             }
+            byLevel[MorphedSurface::drawnLevel(record.edgeLevels)].push_back(record);
         }
+        std::vector<PatchRecord> records; // grouped, coarse first
+        records.reserve(_blocks.patchCount());
+        for (const auto& drawn : byLevel) { records.insert(records.end(), drawn.begin(), drawn.end()); }
         _uniform->records[level] = PatchRecords(std::move(records));
     });
     return _uniform->records[level];

@@ -74,7 +74,8 @@ public:
     const PatchBlocks& blocks() const { return _blocks; }
     kernel::View kernelView(const SelectionView& view, const SelectionOptions& options) const;
 
-    /// Records of all patches with all edges at one level, or at their finest where that is coarser. Made when first asked for.
+    /// Records of all patches with all edges at one level, or at their finest where that is coarser, but for seams.
+    /// Made when first asked for.
     PatchRecords uniformRecords(unsigned level) const;
     /// Of these.
     SelectionStatistics uniformStatistics(unsigned level) const;

@@ -69,6 +69,7 @@ private:
             const kernel::Borders& ofTwin = _blocks.borders(twin / PatchBlocks::kLanes);
             *_at++ = 3 * ofTwin.numbers[twin % PatchBlocks::kLanes] + borders.twinSides[side][_lane];
             levels |= static_cast<GLuint>(borders.finest[side][_lane]) << (8 * side);
+            levels |= static_cast<GLuint>(borders.coarsest[side][_lane]) << (8 * side + 4);
         }
         *_at++ = levels;
     }

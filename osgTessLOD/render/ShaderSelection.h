@@ -33,8 +33,8 @@ struct SelectionRequest {
 /// Immutable but for OSG's own per-context GL objects.
 ///
 /// The shader reads 5 + 2 · levels texels of four 32-bit words per patch, in the units of PatchBlocks: the bounding sphere; for each
-/// side 3 · patch + side of what lies on the other side of it, and in a byte each the finest levels of the sides and the largest
-/// of them; the middles of the sides; per level the quadratic error q[0 … 5], the isotropic error and 0.
+/// side 3 · patch + side of what lies on the other side of it, and in four bits each the finest and the coarsest level of the sides,
+/// then the largest finest one; the middles of the sides; per level the quadratic error q[0 … 5], the isotropic error and 0.
 class ShaderSelection : public osg::Referenced {
 public:
     /// Texture unit of the buffer. Placements, which have theirs there, are selected for on the CPU.

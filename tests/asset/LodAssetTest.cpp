@@ -34,6 +34,30 @@ TEST(LodVertex, packsItsFourNumbersAndGivesThemBack)
     EXPECT_EQ(LodVertex::pack({1, 1, 1}, 1).bits, 1ULL | 1ULL << 17 | 1ULL << 34 | 1ULL << 51);
 }
 
+TEST(LodAsset, OpenBordersMayEndBeforeTheirPatchAndStayThere)
+{
+    const LodAsset sheet = makeSyntheticSheet(8);
+    EXPECT_FALSE(sheet.hasSeams());
+    const LodAsset seams = withSeams(sheet);
+    EXPECT_TRUE(seams.hasSeams());
+    EXPECT_NO_THROW(seams.validate());
+    const auto open = std::find_if(sheet.edges.begin(), sheet.edges.end(),
+                                   [](const LodEdge& edge) { return edge.patches[1] == kNoPatch; });
+    const auto at = static_cast<std::size_t>(open - sheet.edges.begin());
+    LodAsset asset = sheet;
+    asset.edges[at].finestLevel = 4; // of 0 … 3
+    EXPECT_THROW(asset.validate(), AssetError);
+    asset.edges[at].finestLevel = 2;
+    EXPECT_NO_THROW(asset.validate());
+    asset.edges[at].coarsestLevel = 1;
+    EXPECT_THROW(asset.validate(), AssetError) << "neither drawn as fine as may be nor fixed";
+    LodAsset inside = sheet;
+    const auto shared = std::find_if(inside.edges.begin(), inside.edges.end(),
+                                     [](const LodEdge& edge) { return edge.patches[1] != kNoPatch; });
+    shared->coarsestLevel = shared->finestLevel;
+    EXPECT_THROW(inside.validate(), AssetError);
+}
+
 TEST(LodAsset, positionIsTheIntegerSumTimesTheStep)
 {
     LodAsset asset;

@@ -151,6 +151,20 @@ TEST(SurfaceMesh, anOpenSheetHasItsBoundaryOnly)
     }
 }
 
+TEST(SurfaceMesh, seamsAreTheSameAtEveryFactor)
+{
+    const LodAsset asset = withSeams(makeSyntheticSheet(8));
+    std::size_t segments = 0;
+    for (const LodEdge& edge : asset.edges) {
+        segments += edge.patches[1] == kNoPatch ? asset.ladder[edge.coarsestLevel] : 0;
+    }
+    for (const unsigned f : asset.ladder) {
+        const SurfaceMesh mesh = extractSurface(asset, f);
+        EXPECT_EQ(openEdges(mesh), segments);
+        EXPECT_EQ(eulerCharacteristic(mesh), 1);
+    }
+}
+
 TEST(SurfaceMesh, positionsAreTheAssetsInTheSourcesSpace)
 {
     LodAsset asset = makeSyntheticAsset(4);

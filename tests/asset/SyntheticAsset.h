@@ -405,6 +405,18 @@ inline LodAsset makeSyntheticSheet(unsigned topFactor = 8, unsigned quads = 2, b
     return synthetic::build(synthetic::wavySheet(quads), synthetic::powersOfTwo(topFactor), withNormals);
 }
 
+/// The asset with its open borders as seams, at levels 0, 1, 2 … in turn.
+inline LodAsset withSeams(LodAsset asset)
+{
+    unsigned next = 0;
+    for (LodEdge& edge : asset.edges) {
+        if (edge.patches[1] != kNoPatch) { continue; }
+        edge.finestLevel = static_cast<std::uint8_t>(next++ % (edge.finestLevel + 1U));
+        edge.coarsestLevel = edge.finestLevel;
+    }
+    return asset;
+}
+
 /// makeSyntheticAsset with every patch at another finest level than its neighbours: 0, 1, 2 … in turn.
 inline LodAsset makeSyntheticMixedAsset(unsigned topFactor = 16, bool withNormals = false)
 {

@@ -208,7 +208,8 @@ bool samePatch(const LodPatch& a, const LodPatch& b)
 
 bool sameEdge(const LodEdge& a, const LodEdge& b)
 {
-    return a.baseVertices == b.baseVertices && a.patches == b.patches && a.finestLevel == b.finestLevel;
+    return a.baseVertices == b.baseVertices && a.patches == b.patches && a.finestLevel == b.finestLevel &&
+           a.coarsestLevel == b.coarsestLevel;
 }
 
 bool sameLevel(const LodLevel& a, const LodLevel& b)

@@ -600,6 +600,42 @@ TEST_F(BakeCommand, BakesDisplacedMeshesAndTerrain)
     expectRefused({tile, "-o", path, "-q", "--smooth", "1"}, "only meshes");
 }
 
+TEST_F(BakeCommand, BakesTilesOfTerrain)
+{
+    const std::string dem = _folder.file("N47E008.hgt");
+    std::string heights(2 * 17 * 17, '\0');
+    for (std::size_t i = 0; i < 17 * 17; ++i) { heights[2 * i + 1] = static_cast<char>(i * i % 120); }
+    writeBytes(dem, heights);
+    const std::string path = _folder.file("tile.tlod");
+    const std::string report = _folder.file("report.json");
+    for (const char* tile : {"0,0,2", "1,0,2", "1,1,2"}) {
+        const Outcome outcome = run({dem, "-o", path, "--max-factor", "8", "-q", "--tile", tile, "--report", report});
+        ASSERT_EQ(outcome.code, 0) << outcome.errors;
+        EXPECT_EQ(run({"--check", path}).code, 0);
+        const LodAsset asset = readTlod(path);
+        EXPECT_TRUE(asset.hasSeams());
+        EXPECT_EQ(asset.source, "N47E008.hgt (tile " + std::string(tile, 3) + " of 2 x 2)");
+        EXPECT_EQ(asset.sourceTriangles, 2U * 8U * 8U);
+        std::ifstream file(report);
+        EXPECT_EQ(nlohmann::json::parse(file)["tile"][2], 2);
+    }
+    const Arguments bake{dem, "-o", _folder.file("none.tlod"), "-q", "--tile"};
+    const auto refuse = [&](const std::string& tile, const std::string& part) {
+        Arguments arguments = bake;
+        arguments.push_back(tile);
+        expectRefused(arguments, part);
+    };
+    refuse("2,0,2", "there is no tile 2,0 of 2 x 2");
+    refuse("0,2,2", "there is no tile 0,2 of 2 x 2");
+    refuse("0,0,17", "cannot be cut into 17 x 17 tiles");
+    for (const char* tile : {"1,2", "1,0,-2", "a,b,c"}) {
+        Arguments arguments = bake;
+        arguments.emplace_back(tile);
+        EXPECT_EQ(run(arguments).code, 1) << tile;
+    }
+    expectRefused({"builtin:glacier", "-o", path, "-q", "--tile", "0,0,2"}, "only height images have tiles");
+}
+
 TEST_F(BakeCommand, WritesDisplacementMapsThatItReads)
 {
     const std::string mesh = _folder.file("sphere.off");

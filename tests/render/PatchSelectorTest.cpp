@@ -11,6 +11,7 @@
 #include <limits>
 #include <map>
 #include <random>
+#include <set>
 
 namespace osgTessLOD {
 namespace {
@@ -549,6 +550,56 @@ TEST(PatchSelector, withTheEyeInItsSphereAPatchIsAtItsFinest)
             EXPECT_EQ(level.level, static_cast<float>(unevenSheet().edges[edge].finestLevel));
             EXPECT_TRUE(level.saturated);
         }
+    }
+}
+
+TEST(PatchSelector, seamsStayAtTheirLevelWhateverTheView)
+{
+    const LodAsset asset = withSeams(makeSyntheticSheet(16, 4, false));
+    ASSERT_NO_THROW(asset.validate());
+    const PatchSelector selector(asset);
+    const MorphedSurface surface(asset);
+    const auto expectSeams = [&](const PatchRecords& records) {
+        ASSERT_EQ(records.size(), asset.patches.size());
+        for (const PatchRecord& record : records) {
+            const unsigned drawn = asset.ladder[MorphedSurface::drawnLevel(record.edgeLevels)];
+            for (std::uint32_t side = 0; side < 3; ++side) {
+                const LodEdge& edge = asset.edges[asset.patches[record.patch].edges[side]];
+                if (edge.patches[1] != kNoPatch) { continue; }
+                ASSERT_EQ(record.edgeLevels[side], static_cast<float>(edge.coarsestLevel));
+                // What is drawn along it are the vertices of that level, all of them.
+                const auto finest = static_cast<float>(edge.coarsestLevel);
+                std::set<std::array<float, 3>> expected;
+                const unsigned factor = asset.ladder[edge.coarsestLevel];
+                for (unsigned step = 0; step <= factor; ++step) {
+                    const std::uint32_t index = (side * factor + step) % (3 * factor);
+                    expected.insert(surface.tessLodSurfacePoint(record.patch, {finest, finest, finest}, index).position);
+                }
+                std::set<std::array<float, 3>> found;
+                for (unsigned step = 0; step <= drawn; ++step) {
+                    const std::uint32_t index = (side * drawn + step) % (3 * drawn);
+                    found.insert(surface.tessLodSurfacePoint(record.patch, record.edgeLevels, index).position);
+                }
+                ASSERT_EQ(found, expected);
+            }
+        }
+    };
+    for (const double distance : {0.1, 1.5, 20.0, 1e4, 1e30}) {
+        for (const double errorPixels : {1e-3, 1.0, 300.0, 1e30}) {
+            for (SelectionOptions options : waysToSelect(errorPixels)) {
+                for (const unsigned maxFactor : {64U, 4U, 1U}) {
+                    options.maxFactor = maxFactor;
+                    const auto result = selector.select(viewFrom({0.1, -0.2, distance}), options, {});
+                    expectSeams(result.records);
+                    EXPECT_EQ(result.statistics.triangles, selector.statisticsOf(result.records).triangles);
+                }
+            }
+        }
+    }
+    for (unsigned level = 0; level < asset.ladder.size(); ++level) {
+        expectSeams(selector.uniformRecords(level));
+        EXPECT_EQ(selector.uniformStatistics(level).triangles,
+                  selector.statisticsOf(selector.uniformRecords(level)).triangles);
     }
 }
 

@@ -131,7 +131,9 @@ TEST_F(ShaderSelectionGl, levelsAreTheSelectors)
     const CapturedInstead levelsInstead("edgeLevels");
     const CapturedInstead patchesInstead("vec3(float(patchId))", "tessLodEyePosition", "eyePosition.xyz");
     std::size_t between = 0;
-    for (const LodAsset& made : closedAssets()) {
+    std::vector<LodAsset> assets = closedAssets();
+    assets.push_back(withSeams(makeSyntheticSheet(16, 2, false)));
+    for (const LodAsset& made : assets) {
         const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(made);
         Random random(1);
         for (const Kind& kind : allKinds()) {
@@ -179,7 +181,7 @@ TEST_F(ShaderSelectionGl, trianglesAreTheSelectorsAndClosed)
     std::size_t views = 0;
     std::vector<LodAsset> assets = closedAssets();
     assets.push_back(makeSyntheticDisplacedAsset(16, true));
-    assets.push_back(makeSyntheticSheet(16, 2, false)); // the only open one
+    assets.push_back(withSeams(makeSyntheticSheet(16, 2, false))); // the only open one
     for (const LodAsset& made : assets) {
         const osg::ref_ptr<GpuAsset> asset = makeGpuAsset(made);
         Random random(2);
