@@ -124,7 +124,7 @@ TEST(RigidMotions, OfSymmetricSourcesMayChooseOtherPatches)
 {
     Spread spread;
     spread.add(underMotions(inItsOwnSpace(bake::sphere(3)), "uniform"));
-    EXPECT_LT(spread.largest(), 1.0);
+    EXPECT_LT(spread.largest(), 2.0);
     report("errors differ by", spread.largest());
     report("part of them by less than a hundredth", spread.partWithinAHundredth());
 }
