@@ -100,7 +100,8 @@ void expectNoErrorBelowTheDistance(const LodAsset& asset, const SourceMesh& mesh
     // origin to half a unit in the last place.
     double rounding = 4e-7 * diagonalOf(mesh);
     for (const Vector3d& p : mesh.positions) {
-        rounding = std::max(rounding, 4e-7 * diagonalOf(mesh) + 4.0 * std::numeric_limits<double>::epsilon() * p.norm());
+        rounding =
+            std::max(rounding, 4e-7 * diagonalOf(mesh) + 4.0 * std::numeric_limits<double>::epsilon() * p.norm());
     }
     forEachError(asset, [&](std::size_t level, std::size_t p, std::uint32_t slot, const LevelError& error) {
         const std::vector<Vector3d> positions = positionsOf(asset, level, p, slot);

@@ -15,8 +15,8 @@
 
 namespace osgTessLOD::stress {
 
-using Eigen::Vector3d;
 using bake::SourceMesh;
+using Eigen::Vector3d;
 
 class Random {
 public:
@@ -54,8 +54,8 @@ enum class Kind { Ball, Sheet, SliverFan, CoplanarSoup, CocircularDisc, EqualHei
 
 inline const char* nameOf(Kind kind)
 {
-    constexpr const char* kNames[] = {"ball",           "sheet",         "fan of slivers", "coplanar soup",
-                                      "cocircular disc", "equal heights", "wall"};
+    constexpr const char* kNames[] = {"ball",          "sheet", "fan of slivers", "coplanar soup", "cocircular disc",
+                                      "equal heights", "wall"};
     return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -104,7 +104,9 @@ inline SourceMesh coplanarSoup(Random& random)
     for (std::uint32_t i = 0; i < 6; ++i) {
         for (std::uint32_t j = 0; j < 6; ++j) { mesh.positions.emplace_back(i, j, 0.0); }
     }
-    for (unsigned k = 0; k < 60; ++k) { mesh.triangles.push_back({random.below(36), random.below(36), random.below(36)}); }
+    for (unsigned k = 0; k < 60; ++k) {
+        mesh.triangles.push_back({random.below(36), random.below(36), random.below(36)});
+    }
     return mesh;
 }
 
@@ -136,9 +138,8 @@ inline SourceMesh equalHeights(Random& random)
 inline SourceMesh wall(Random& random)
 {
     const double height = random.magnitude(1e-12, 1.0);
-    return bake::gridMesh(24, 3, false, false, [&](std::uint32_t i, std::uint32_t j) {
-        return Vector3d(i, std::sin(0.5 * i), height * j);
-    });
+    return bake::gridMesh(24, 3, false, false,
+                          [&](std::uint32_t i, std::uint32_t j) { return Vector3d(i, std::sin(0.5 * i), height * j); });
 }
 
 inline SourceMesh randomSource(Kind kind, Random& random)

@@ -49,8 +49,7 @@ std::unique_ptr<Model> randomModel(Kind kind, Random& random)
     bake::Progress progress;
     bake::BakeReport report;
     auto model = std::make_unique<Model>();
-    model->surface =
-        bake::makeLevels(writeMesh(folder, place(randomSource(kind, random))), options, progress, report);
+    model->surface = bake::makeLevels(writeMesh(folder, place(randomSource(kind, random))), options, progress, report);
     model->asset = bake::assembleAsset(*model->surface.map, model->surface.charts, model->surface.hierarchy,
                                        options.tolerance, progress);
     model->selector = std::make_unique<PatchSelector>(model->asset);
@@ -155,8 +154,8 @@ double pixelsPerLength(const SelectionView& view, const LodPatch& patch)
     if (distance <= radius) { return std::numeric_limits<double>::infinity(); }
     const double sine = radius / distance;
     const double axial = std::clamp(toCenter * view.axis / distance, -1.0, 1.0);
-    const double leastCosine = std::max(
-        axial * std::sqrt(1.0 - sine * sine) - std::sqrt(1.0 - axial * axial) * sine, view.leastCosine);
+    const double leastCosine =
+        std::max(axial * std::sqrt(1.0 - sine * sine) - std::sqrt(1.0 - axial * axial) * sine, view.leastCosine);
     const double depth = std::max(distance * axial - radius, (distance - radius) * leastCosine);
     return depth > 0.0 ? view.pixelScale / (leastCosine * depth) : std::numeric_limits<double>::infinity();
 }
@@ -166,7 +165,9 @@ double pixelsPerLength(const SelectionView& view, const LodPatch& patch)
 double roundingOf(const LodPatch& patch)
 {
     double farthest = 0.0;
-    for (const float x : patch.boundCenter) { farthest = std::max(farthest, std::fabs(double{x}) + double{patch.boundRadius}); }
+    for (const float x : patch.boundCenter) {
+        farthest = std::max(farthest, std::fabs(double{x}) + double{patch.boundRadius});
+    }
     return 2.0 * std::sqrt(3.0) * std::ldexp(farthest, -23) + 2.0 * double{patch.boundRadius} / ChartPoint::kUnits;
 }
 

@@ -248,13 +248,14 @@ TEST(ShaderTwins, DeformationsHaveTheTwinsBits)
 {
     Deviation positions;
     Deviation normals;
-    const osg::ref_ptr<GpuAsset> asset =
-        new GpuAsset(std::make_shared<const LodAsset>(makeSyntheticAsset(2, false)));
+    const osg::ref_ptr<GpuAsset> asset = new GpuAsset(std::make_shared<const LodAsset>(makeSyntheticAsset(2, false)));
     const LodAsset& content = asset->asset();
     for (unsigned k = 0; k < trials(200); ++k) {
         Random random(k);
         std::vector<osg::Matrixd> transforms;
-        for (std::size_t v = 0; v < content.baseVertices.size(); ++v) { transforms.push_back(randomAffine(random, 1.0)); }
+        for (std::size_t v = 0; v < content.baseVertices.size(); ++v) {
+            transforms.push_back(randomAffine(random, 1.0));
+        }
         const osg::ref_ptr<ControlMeshDeformation> pose = new ControlMeshDeformation(asset.get(), transforms);
         glsl::tessLodDeformation.texels.clear();
         for (const osg::Matrixd& matrix : transforms) {
@@ -363,7 +364,9 @@ void bindNeeds(Random& random, int levelCount)
         }
         texels.push_back(bits);
     };
-    for (unsigned k = 0; k < 5; ++k) { put({random.between(-1, 1), random.between(-1, 1), random.between(-1, 1), 0.1}); }
+    for (unsigned k = 0; k < 5; ++k) {
+        put({random.between(-1, 1), random.between(-1, 1), random.between(-1, 1), 0.1});
+    }
     double size = random.magnitude(1e-3, 0.1);
     const osg::Vec3d v = random.direction();
     for (int level = 0; level < levelCount; ++level) {
@@ -401,7 +404,9 @@ TEST(ShaderTwins, NeedsAreThoseOfDoublePrecision)
         const osg::Vec3d toSphere(sphere.x.exact() - eye.x(), sphere.y.exact() - eye.y(), sphere.z.exact() - eye.z());
         osg::Vec3d axis = toSphere / toSphere.length() + random.direction() * 0.3;
         axis.normalize();
-        for (std::size_t c = 0; c < 3; ++c) { tessLodAxis[c] = Twin::given(static_cast<float>(axis[static_cast<int>(c)])); }
+        for (std::size_t c = 0; c < 3; ++c) {
+            tessLodAxis[c] = Twin::given(static_cast<float>(axis[static_cast<int>(c)]));
+        }
         tessLodLeastCosine = random.number(0.01, 0.99);
         tessLodSlope = Twin::given(static_cast<float>(random.magnitude(1e-3, 0.1) / toSphere.length()));
         const TessLodSight sight = tessLodSee(sphere);

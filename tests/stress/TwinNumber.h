@@ -87,7 +87,8 @@ public:
     }
     friend Twin exp2(const Twin& a)
     {
-        const double inherited = std::exp2(size(a.exact() > a.single() ? Twin(a._exact) : a)) * std::expm1(a._bound * kLn2);
+        const double inherited =
+            std::exp2(size(a.exact() > a.single() ? Twin(a._exact) : a)) * std::expm1(a._bound * kLn2);
         return rounded(std::exp2(a._single), std::exp2(a._exact), inherited, 6.0 + 4.0 * size(a));
     }
     friend Twin exp(const Twin& a)
