@@ -54,16 +54,16 @@ inline Twin textureProj(sampler2DShadow, const vec4&)
 #define TESSLOD_DEFORMATION
 #define TESSLOD_SELECTION
 
+// In the order in which the stages paste them.
+// clang-format off
 #include <tesslod_pattern.glsl>
-// Fed from the files above it.
 #include <tesslod_surface.glsl>
-
 #include <tesslod_deformation.glsl>
-#include <tesslod_normal.glsl>
 #include <tesslod_placement.glsl>
+#include <tesslod_normal.glsl>
 #include <tesslod_shadow.glsl>
-
 #include <tesslod_lighting.glsl>
+// clang-format on
 
 // Another stage's, which has a uniform of its own by the name of one above.
 namespace selection {
