@@ -29,6 +29,8 @@ public:
     double exact() const { return _exact; }
     double bound() const { return _bound; }
     double error() const { return std::fabs(double{_single} - _exact); }
+    /// The same with what another processor computed in single precision.
+    Twin computedAs(float single) const { return {single, _exact, _bound}; }
 
     explicit operator int() const { return static_cast<int>(_single); }
 
