@@ -7,7 +7,11 @@
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/bake/AssetAssembler.h>
 #include <osgTessLOD/bake/Baker.h>
+#include <osgTessLOD/bake/ChartError.h>
+#include <osgTessLOD/bake/StripSimplifier.h>
 #include <osgTessLOD/bake/SurfaceDistance.h>
+#include <osgTessLOD/bake/TerrainMap.h>
+#include <osgTessLOD/bake/UniformLevels.h>
 
 #include <gtest/gtest.h>
 
@@ -120,8 +124,10 @@ TEST(BakeStress, EverySourceIsBakedOrRefused)
     for (unsigned k = 0; k < count; ++k) {
         Random random(k);
         const auto kind = static_cast<Kind>(k % kKinds);
+        // Some so far away that double precision leaves little of them, or nothing.
+        const double farthest = random.chance(0.1) ? 1e20 : 1e9;
         const Similarity place{random.rotation(), random.magnitude(1e-6, 1e9),
-                               random.direction() * (random.chance(0.3) ? 0.0 : random.magnitude(1.0, 1e9))};
+                               random.direction() * (random.chance(0.3) ? 0.0 : random.magnitude(1.0, farthest))};
         const SourceMesh mesh = place(randomSource(kind, random));
         SCOPED_TRACE(std::string(nameOf(kind)) + ", trial " + std::to_string(k));
         const std::optional<LodAsset> asset = bakeOrRefuse(mesh, randomOptions(random));
@@ -135,6 +141,45 @@ TEST(BakeStress, EverySourceIsBakedOrRefused)
     EXPECT_GT(baked, count * 3 / 4) << "most are sound enough";
     report("baked of " + std::to_string(count), baked);
     report("largest distance of a vertex from the source over what the error allows", worst.value());
+}
+
+/// All of one height, but for the last digits of some or one peak; of a single cell or more.
+bake::HeightField nearlyEqualHeights(Random& random)
+{
+    bake::HeightField field;
+    field.name = "heights";
+    field.columns = 2 + random.below(20);
+    field.rows = 2 + random.below(20);
+    const auto height = static_cast<float>(random.between(-1.0, 1.0) * random.magnitude(1e-6, 1e9));
+    field.heights.assign(std::size_t{field.columns} * field.rows, height);
+    if (random.chance(0.5)) {
+        for (float& h : field.heights) { h = random.chance(0.5) ? std::nextafter(h, 0.0F) : h; }
+    }
+    if (random.chance(0.3)) { field.heights[random.below(field.columns * field.rows)] *= 2.0F; }
+    field.spacing = {random.magnitude(1e-6, 1e9), random.magnitude(1e-6, 1e9)};
+    field.corner = {field.spacing[0] * random.between(-1e9, 1e9), field.spacing[1] * random.between(-1e9, 1e9)};
+    return field;
+}
+
+TEST(BakeStress, HeightFieldsOfNearlyEqualHeights)
+{
+    for (unsigned k = 0; k < trials(10); ++k) {
+        SCOPED_TRACE(k);
+        Random random(k);
+        bake::Progress progress;
+        const bake::TerrainMap map(nearlyEqualHeights(random), 4, random.magnitude(1e-4, 0.1), progress);
+        bake::ChartSet charts = bake::makeCharts(map, 8, progress);
+        bake::measureChartErrors(map.source(), map.sourceSamples(), charts, progress);
+        const bake::LevelHierarchy levels =
+            random.chance(0.5) ? bake::makeUniformLevels(map.topology(), charts, {1, 2, 4}, progress)
+                               : bake::makeStripLevels(map.topology(), charts, {1, 2, 4}, {}, progress);
+        const LodAsset asset = bake::assembleAsset(map, charts, levels, 0.0, progress);
+        ASSERT_NO_THROW(asset.validate());
+        expectFiniteErrors(asset, diagonalOf(bake::triangulate(map.field())));
+        Worst worst;
+        expectNoErrorBelowTheDistance(asset, bake::triangulate(map.field()), worst);
+        if (testing::Test::HasFatalFailure()) { return; }
+    }
 }
 
 /// Bit for bit, unless squares of errors are so small that single precision has no normal numbers for them: there the fit is
