@@ -37,9 +37,10 @@ double PatchDistance::twoSided(const std::vector<Vector3d>& positions, const Tes
         largest = std::max(largest, toPatch.distanceBeyond(sample, largest, std::numeric_limits<double>::infinity()));
     });
     // A sample is no farther from the source than from its triangle's vertices, which lie on it: most need no query.
+    std::uint32_t triangle = 0; // where source triangles are large, that of the sample before mostly is the nearest
     const auto visit = [&](const Vector3d& sample, const Vector3d& onSource) {
         const double most = (sample - onSource).norm();
-        if (most > largest) { largest = std::max(largest, _toSource.distanceBeyond(sample, largest, most)); }
+        if (most > largest) { largest = std::max(largest, _toSource.distanceBeyond(sample, largest, most, triangle)); }
     };
     for (const auto& t : pattern.triangles()) {
         const Vector3d& a = positions[t[0]];

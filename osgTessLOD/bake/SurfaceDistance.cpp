@@ -182,6 +182,18 @@ double SurfaceDistance::distanceBeyond(const Eigen::Vector3d& point, double enou
     return search.nearest;
 }
 
+double SurfaceDistance::distanceBeyond(const Eigen::Vector3d& point, double enough, double most,
+                                       std::uint32_t& triangle) const
+{
+    const Vector3f p = (point - _scene->center).cast<float>();
+    const std::array<Vector3d, 3> corners = _scene->cornersFrom(p.cast<double>(), triangle);
+    Scene::Search search{*_scene, enough, std::min(most, distanceToTriangle(corners[0], corners[1], corners[2])),
+                         triangle};
+    if (search.nearest > enough) { _scene->find(p, search); }
+    triangle = search.triangle;
+    return search.nearest;
+}
+
 SurfaceDistance::Nearest SurfaceDistance::nearest(const Eigen::Vector3d& point) const
 {
     Scene::Search search{*_scene, 0.0, std::numeric_limits<double>::infinity()};

@@ -28,11 +28,15 @@ public:
     /// The same where it is more than `enough`, else any number from the distance to `enough`; `most` is no less than the
     /// distance. The search ends at the first triangle that is near enough. Thread safe.
     double distanceBeyond(const Eigen::Vector3d& point, double enough, double most) const;
+    /// The same for points in a row. `triangle` is tried first: that of the former point, 0 for the first; becomes that of this one. The
+    /// surface is not empty.
+    double distanceBeyond(const Eigen::Vector3d& point, double enough, double most, std::uint32_t& triangle) const;
 
     /// A point of the surface.
     struct Nearest {
         Eigen::Vector3d point = Eigen::Vector3d::Zero();
-        double distance = 0.0;      ///< from where it was looked for; infinite, and the rest means nothing, without triangles
+        double distance =
+            0.0; ///< from where it was looked for; infinite, and the rest means nothing, without triangles
         std::uint32_t triangle = 0; ///< that it lies on
     };
     /// The point of the surface that is nearest to `point`. Thread safe.
@@ -45,8 +49,8 @@ private:
 
 /// Sampled two-sided Hausdorff distance between two surfaces.
 struct HausdorffDistance {
-    double forward = 0.0;   ///< largest distance from a sample of the first to the second
-    double backward = 0.0;  ///< from a sample of the second to the first
+    double forward = 0.0;  ///< largest distance from a sample of the first to the second
+    double backward = 0.0; ///< from a sample of the second to the first
     double symmetric() const { return forward > backward ? forward : backward; }
 };
 

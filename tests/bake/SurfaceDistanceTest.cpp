@@ -29,7 +29,9 @@ double distanceToHull(const Vector3d& p, const std::array<Vector3d, 3>& points)
             if ((subset >> k & 1U) != 0) { chosen.push_back((points[k] - p).cast<long double>()); }
         }
         Eigen::Matrix<long double, 3, Eigen::Dynamic> spans(3, static_cast<Eigen::Index>(chosen.size()) - 1);
-        for (Eigen::Index i = 0; i < spans.cols(); ++i) { spans.col(i) = chosen[static_cast<std::size_t>(i) + 1] - chosen[0]; }
+        for (Eigen::Index i = 0; i < spans.cols(); ++i) {
+            spans.col(i) = chosen[static_cast<std::size_t>(i) + 1] - chosen[0];
+        }
         VectorL foot = chosen[0];
         if (spans.cols() != 0) {
             const auto solver = spans.colPivHouseholderQr();
@@ -46,7 +48,8 @@ double distanceToHull(const Vector3d& p, const std::array<Vector3d, 3>& points)
 double distance(const Vector3d& p, const std::array<Vector3d, 3>& corners)
 {
     // The box's centre is the origin, so that positions in single precision are kept as they are.
-    const std::vector<Vector3d> positions{corners[0], corners[1], corners[2], Vector3d::Constant(-8.0), Vector3d::Constant(8.0)};
+    const std::vector<Vector3d> positions{corners[0], corners[1], corners[2], Vector3d::Constant(-8.0),
+                                          Vector3d::Constant(8.0)};
     return SurfaceDistance(positions, {{0, 1, 2}}).distance(p);
 }
 
@@ -66,7 +69,8 @@ TEST(SurfaceDistance, IsExactToSinglePrecisionForSliversToo)
         const Vector3d p = at.cast<double>();
         const double expected = distanceToHull(p, corners);
         // Rounded to single precision once; the sliver's plane is as good as double precision gives it.
-        EXPECT_NEAR(distance(p, corners), expected, 1e-7 * expected + 1e-12 * static_cast<double>(size)) << "triangle " << i;
+        EXPECT_NEAR(distance(p, corners), expected, 1e-7 * expected + 1e-12 * static_cast<double>(size))
+            << "triangle " << i;
     }
 }
 
@@ -109,11 +113,16 @@ TEST(SurfaceDistance, NearestIsThePointOfTheTriangleThatBruteForceFinds)
     const auto distanceToTriangle = [&](const Vector3d& p, std::uint32_t t) {
         return distanceToHull(p, {positions[3 * t], positions[3 * t + 1], positions[3 * t + 2]});
     };
+    std::uint32_t triangle = 0; // of the point before
     for (int i = 0; i < 2000; ++i) {
         const Vector3d p = 1.5 * point();
         const SurfaceDistance::Nearest nearest = surface.nearest(p);
+        EXPECT_EQ(surface.distanceBeyond(p, 0.0, std::numeric_limits<double>::infinity(), triangle), nearest.distance);
+        EXPECT_EQ(triangle, nearest.triangle);
         double expected = std::numeric_limits<double>::infinity();
-        for (std::uint32_t t = 0; t < triangles.size(); ++t) { expected = std::min(expected, distanceToTriangle(p, t)); }
+        for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+            expected = std::min(expected, distanceToTriangle(p, t));
+        }
         constexpr double kSinglePrecision = 1e-6; // of coordinates up to 2, rounded a few times
         EXPECT_NEAR(nearest.distance, expected, kSinglePrecision);
         EXPECT_NEAR((nearest.point - p).norm(), expected, kSinglePrecision);
