@@ -68,17 +68,17 @@ private:
     std::mt19937_64 _generator;
 };
 
-/// How far single precision is off, in units in the last place of a result's largest component, and as a part of what the
-/// running error analysis allows.
+/// How far single precision is off: in units in the last place of the largest number that a result, or another component of it, is
+/// the sum of; and as a part of what the running error analysis allows.
 class Deviation {
 public:
     template <std::size_t N> void add(const glsl::Vec<Twin, N>& v)
     {
         double largest = 0.0;
-        for (std::size_t k = 0; k < N; ++k) { largest = std::max(largest, std::fabs(v[k].exact())); }
+        for (std::size_t k = 0; k < N; ++k) { largest = std::max(largest, v[k].summand()); }
         for (std::size_t k = 0; k < N; ++k) { add(v[k], largest); }
     }
-    void add(const Twin& x) { add(x, std::fabs(x.exact())); }
+    void add(const Twin& x) { add(x, x.summand()); }
 
     void reportAs(const std::string& name) const
     {

@@ -77,14 +77,16 @@ TEST(SolverStress, QuadraticsAreBoundsOfNearlyDependentVectors)
             const Vector3d along = v.norm() > 0.0 ? v.normalized() : random.direction();
             for (const Vector3d& d : {along, Vector3d(along.unitOrthogonal()), random.direction()}) {
                 const double error = v.cross(d).norm() + offset;
-                // ViewError::evaluate computes in double; v × d loses half a digit per factor.
+                // Both sides are off by some 10⁻¹⁶ of the longest vector.
                 const double fitted = fit.error.evaluate({d.x(), d.y(), d.z()});
                 ASSERT_GE(fitted, error - 1e-12 * (longest + offset));
                 worst.add((error - fitted) / (longest + offset));
             }
         }
-        // 1.13 in 40,000 trials: where the fit gives up, what it lacks is added in all directions.
-        largest.add(largestOf(fit.error) / (longest + offset));
+        // What the fit lacks where it gives up is added in all directions: 1.13 times the isotropic error in 40,000 trials. Squares
+        // of errors below 10⁻¹⁹ are no normal numbers of single precision, and rounded up to what there is.
+        const double isotropic = longest + offset + std::sqrt(double{std::numeric_limits<float>::min()});
+        largest.add(largestOf(fit.error) / isotropic);
         ASSERT_LE(largest.value(), 1.25) << "hardly better than the isotropic error";
     }
     report("error above the quadratic, part of the longest vector", worst.value());
