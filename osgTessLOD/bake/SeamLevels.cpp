@@ -7,9 +7,11 @@
 
 namespace osgTessLOD::bake {
 
-SeamLevels::SeamLevels(const SeamLine& line, unsigned factor, double tolerance, std::int64_t rootUnits)
+SeamLevels::SeamLevels(const SeamLine& line, unsigned factor, double patchTolerance, double tolerance,
+                       std::int64_t rootUnits)
     : _mostSegments(std::max(1U, factor / 2))
     , _longest(std::max(1.0, factor / 2.0))
+    , _patchTolerance(patchTolerance)
     , _tolerance(tolerance)
     , _samplesPerUnit(static_cast<double>(line.heights.size() - 1) / line.roots / static_cast<double>(rootUnits))
 {
@@ -19,17 +21,17 @@ SeamLevels::SeamLevels(const SeamLine& line, unsigned factor, double tolerance, 
 void SeamLevels::divide(const SeamLine& line, std::int64_t first, std::int64_t last)
 {
     const double samples = static_cast<double>(last - first) * _samplesPerUnit;
-    const auto isEnough = [&](unsigned segments) {
-        return samples <= _longest * segments && deviation(line, first, last, segments) <= _tolerance;
+    const auto isEnough = [&](unsigned segments, double tolerance) {
+        return samples <= _longest * segments && deviation(line, first, last, segments) <= tolerance;
     };
-    if (samples > _mostSegments && (last - first) % 2 == 0 && !isEnough(_mostSegments)) {
+    if (samples > 1.0 && (last - first) % 2 == 0 && !isEnough(_mostSegments, _patchTolerance)) {
         const std::int64_t middle = first + (last - first) / 2;
         divide(line, first, middle);
         divide(line, middle, last);
         return;
     }
     unsigned segments = 1;
-    while (segments < _mostSegments && !isEnough(segments)) { segments *= 2; }
+    while (segments < _mostSegments && !isEnough(segments, _tolerance)) { segments *= 2; }
     _parts.push_back({first, last, segments});
 }
 

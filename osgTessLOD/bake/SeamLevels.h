@@ -21,11 +21,11 @@ struct SeamLine {
 /// polyline, whatever patches they have there.
 class OSGTESSLOD_EXPORT SeamLevels {
 public:
-    /// Parts are bisected while half of `factor` segments are farther than `tolerance` from the samples, in height, or longer than
-    /// `factor` / 2 samples, but not into segments shorter than half a sample; they have as many as it takes. More would be quick to make and
-    /// slow to draw: from afar, triangles grow with the square. Places along the seam are counted in units of which `rootUnits`,
+    /// Parts are bisected while half of `factor` segments are farther than `patchTolerance` from the samples, in height, or longer
+    /// than `factor` / 2 samples; they have as many as it takes to be within `tolerance`, half of `factor` at most: from afar, the
+    /// triangles of patches along seams grow with the square. Places along the seam are counted in units of which `rootUnits`,
     /// a power of two, make a root.
-    SeamLevels(const SeamLine& line, unsigned factor, double tolerance, std::int64_t rootUnits);
+    SeamLevels(const SeamLine& line, unsigned factor, double patchTolerance, double tolerance, std::int64_t rootUnits);
 
     /// Is there more than one part between these places, ends of what bisection makes of a root?
     bool isDivided(std::int64_t from, std::int64_t to) const;
@@ -45,6 +45,7 @@ private:
 
     unsigned _mostSegments;
     double _longest; ///< segment, in samples
+    double _patchTolerance;
     double _tolerance;
     double _samplesPerUnit;
     std::vector<Part> _parts; ///< one after the other

@@ -301,7 +301,8 @@ void TerrainMap::makePatches(unsigned factor, double tolerance, double seamToler
     for (std::size_t side = 0; side < seams.size(); ++side) {
         if (_seams[side].empty()) { continue; }
         const std::uint32_t roots = rootSquares(static_cast<std::uint32_t>(_seams[side].size()));
-        seams[side].emplace(SeamLine{_seams[side], roots}, factor, seamTolerance * _frame.scale, kRootUnits);
+        seams[side].emplace(SeamLine{_seams[side], roots}, factor, tolerance * _frame.scale, seamTolerance * _frame.scale,
+                            kRootUnits);
     }
     Bisection bisection(_field, seams);
     const HeightError error(_field, factor);

@@ -26,7 +26,7 @@ public:
     TerrainMap(HeightField field, unsigned factor, double tolerance, Progress& progress);
 
     /// A tile without voids. Its seams are drawn with the same vertices from both sides, whatever the view: within `seamTolerance`
-    /// (of the same size) of the field's border if `factor` can do it.
+    /// (of the same size) of the field's border where half of `factor` can do it, and within `tolerance` elsewhere.
     TerrainMap(HeightTile tile, unsigned factor, double tolerance, double seamTolerance, Progress& progress);
 
     const HeightField& field() const { return _field; }
