@@ -284,7 +284,7 @@ TEST_F(BenchCommand, CurveMeasuresWhatEachContestantDraws)
     EXPECT_EQ(rows["full mesh"], 4U) << "a row for each path";
     for (const char* name : {"osgUtil::Simplifier", "meshoptimizer", "meshoptimizer, clusters", "uniform, isotropic",
                              "tessellation", "instanced", "first order"}) {
-        EXPECT_EQ(rows[name], 4U * 3U) << name << ", for each path and error";
+        EXPECT_EQ(rows[name], 4U * 2U) << name << ", for each path and error";
         EXPECT_GT(largest[name], 0.0) << name;
     }
     const Json& summary = report["summary"];
