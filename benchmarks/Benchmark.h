@@ -111,7 +111,7 @@ struct CurveBenchmarkOptions {
     PathOptions path;
     std::vector<double> errorsPixels{0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0}; ///< asked for
     unsigned runs = 3;                        ///< of each frame, to take the median of
-    std::size_t points = 20'000;              ///< of either surface that are measured in a frame
+    std::size_t points = 100'000;             ///< of either surface that are measured in a frame
     unsigned maxFactor = 64;                  ///< of the finest levels
     unsigned simplifierSeconds = 60;          ///< that osgUtil::Simplifier may take for its levels
     std::uint64_t mostTriangles = 20'000'000; ///< of a frame of full meshes; where there would be more, they are left out

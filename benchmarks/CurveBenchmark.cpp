@@ -140,25 +140,45 @@ std::vector<Sample> samplesInView(std::size_t triangles, const CornerOf& cornerO
     return samples;
 }
 
-/// `isPromised(sample, nearest triangle)`: is something said of how far that may be?
+/// The largest of the samples' least distances on screen, of those that `counts` of.
+template <typename Counts>
+double largestOf(const std::vector<Sample>& samples, const std::vector<ScreenRuler::Deviation>& first,
+                 const ScreenRuler& ruler, const bake::SurfaceDistance& surface, const Counts& counts)
+{
+    std::vector<std::size_t> order;
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+        if (counts(k)) { order.push_back(k); }
+    }
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return first[a].pixels > first[b].pixels; });
+    double largest = 0.0;
+    for (const std::size_t k : order) {
+        if (first[k].pixels <= largest) { break; } // all others are no farther
+        largest = std::max(largest, ruler.leastPixels(samples[k].point, first[k], surface));
+    }
+    return largest;
+}
+
+/// Of samples in view. `isPromised(sample, nearest triangle)`: is something said of how far that may be?
 template <typename IsPromised>
 Deviations measureAll(const std::vector<Sample>& samples, const ScreenRuler& ruler,
                       const bake::SurfaceDistance& surface, const IsPromised& isPromised)
 {
-    std::vector<std::optional<ScreenRuler::Deviation>> found(samples.size());
+    std::vector<ScreenRuler::Deviation> first(samples.size());
     tbb::parallel_for(std::size_t{0}, samples.size(),
-                      [&](std::size_t k) { found[k] = ruler.measure(samples[k].point, surface); });
-    Deviations all;
+                      [&](std::size_t k) { first[k] = *ruler.measure(samples[k].point, surface); });
+    const auto promised = [&](std::size_t k) { return isPromised(samples[k], first[k].nearest.triangle); };
+    Deviations result;
     for (std::size_t k = 0; k < samples.size(); ++k) {
-        if (!found[k]) { continue; }
-        Deviations one{found[k]->pixels, found[k]->pixelsInSpace, std::pow(found[k]->pixels, 2.0), 0.0, 1, 0};
-        if (isPromised(samples[k], found[k]->triangle)) {
-            one.largestPromised = one.largest;
-            one.promised = 1;
-        }
-        all.add(one);
+        result.largestInSpace = std::max(result.largestInSpace, first[k].pixelsInSpace);
+        result.sumOfSquares += std::pow(first[k].pixels, 2.0);
+        result.promised += promised(k) ? 1 : 0;
     }
-    return all;
+    result.points = samples.size();
+    result.largest = largestOf(samples, first, ruler, surface, [](std::size_t) { return true; });
+    result.largestPromised =
+        result.promised == result.points ? result.largest : largestOf(samples, first, ruler, surface, promised);
+    return result;
 }
 
 /// A surface that what is drawn of it is compared with.

@@ -71,28 +71,43 @@ bool ScreenRuler::isInView(const Eigen::Vector3d& point) const
     return depth > 0.0 && std::fabs(clip.x()) <= depth && std::fabs(clip.y()) <= depth && std::fabs(clip.z()) <= depth;
 }
 
+double ScreenRuler::diagonal() const
+{
+    return std::hypot(_width, _height);
+}
+
+/// What is behind the eye counts as the picture's diagonal away, as does what is farther than that.
+double ScreenRuler::pixelsBetween(const Eigen::Vector3d& inView, const Eigen::Vector3d& other) const
+{
+    const std::optional<Eigen::Vector2d> from = onScreen(inView);
+    const std::optional<Eigen::Vector2d> to = onScreen(other);
+    return from && to ? std::min((*to - *from).norm(), diagonal()) : diagonal();
+}
+
 std::optional<ScreenRuler::Deviation> ScreenRuler::measure(const Eigen::Vector3d& point,
                                                            const bake::SurfaceDistance& surface) const
 {
     if (!isInView(point)) { return std::nullopt; }
-    const Eigen::Vector2d wanted = *onScreen(point);
-    const double diagonal = std::hypot(_width, _height); // what is behind the eye counts as so far away
-    const auto pixelsTo = [&](const Eigen::Vector3d& other) {
-        const std::optional<Eigen::Vector2d> at = onScreen(other);
-        return at ? std::min((*at - wanted).norm(), diagonal) : diagonal;
-    };
-    bake::SurfaceDistance::Nearest nearest = surface.nearest(point);
-    if (!std::isfinite(nearest.distance)) { return Deviation{diagonal, diagonal, 0}; }
+    const bake::SurfaceDistance::Nearest nearest = surface.nearest(point);
+    if (!std::isfinite(nearest.distance)) { return Deviation{diagonal(), diagonal(), nearest}; }
     const double depth = depthOf(osg::Vec4d(toOsg(point), 1.0) * _localToClip);
-    Deviation deviation{pixelsTo(nearest.point), std::min(nearest.distance * _pixelScale / depth, diagonal),
-                        nearest.triangle};
+    return Deviation{pixelsBetween(point, nearest.point), std::min(nearest.distance * _pixelScale / depth, diagonal()),
+                     nearest};
+}
+
+double ScreenRuler::leastPixels(const Eigen::Vector3d& point, const Deviation& first,
+                                const bake::SurfaceDistance& surface) const
+{
+    double least = first.pixels;
+    if (!std::isfinite(first.nearest.distance)) { return least; }
     const Eigen::Vector3d eye = toEigen(_eye);
     const Eigen::Vector3d sight = (point - eye).normalized();
-    for (int step = 0; step < kSteps && deviation.pixels > kEnoughPixels; ++step) {
-        nearest = surface.nearest(eye + sight * sight.dot(nearest.point - eye));
-        deviation.pixels = std::min(deviation.pixels, pixelsTo(nearest.point));
+    Eigen::Vector3d at = first.nearest.point;
+    for (int step = 0; step < kSteps && least > kEnoughPixels; ++step) {
+        at = surface.nearest(eye + sight * sight.dot(at - eye)).point;
+        least = std::min(least, pixelsBetween(point, at));
     }
-    return deviation;
+    return least;
 }
 
 } // namespace osgTessLOD::benchmarks

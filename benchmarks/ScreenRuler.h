@@ -17,11 +17,11 @@ namespace osgTessLOD::benchmarks {
 /// How far points of one surface are from another one, pixels.
 struct Deviations {
     double largest = 0.0;         ///< on screen
-    double largestInSpace = 0.0;  ///< distance in space, as large as it is on screen if seen from the side
-    double sumOfSquares = 0.0;    ///< on screen
     double largestPromised = 0.0; ///< on screen, of points that something is promised of
-    std::uint64_t points = 0;     ///< in view
-    std::uint64_t promised = 0;   ///< of them
+    double largestInSpace = 0.0; ///< distance in space, as large as it would be on screen if it were seen from the side
+    double sumOfSquares = 0.0;   ///< of the distances on screen to the points that are nearest in space
+    std::uint64_t points = 0;    ///< in view
+    std::uint64_t promised = 0;  ///< of them
 
     void add(const Deviations& other);
     double rms() const;
@@ -38,13 +38,17 @@ public:
     /// `camera`: a perspective one that sees the surfaces' space.
     explicit ScreenRuler(const ScreenCamera& camera);
 
+    /// Of a point and the surface's point that is nearest in space.
     struct Deviation {
         double pixels = 0.0;
         double pixelsInSpace = 0.0;
-        std::uint32_t triangle = 0; ///< of the surface, that is nearest in space
+        bake::SurfaceDistance::Nearest nearest;
     };
     /// Nothing where the point is not in view.
     std::optional<Deviation> measure(const Eigen::Vector3d& point, const bake::SurfaceDistance& surface) const;
+    /// The least distance on screen of the point and any that it is compared with; `first`: what measure() found.
+    double leastPixels(const Eigen::Vector3d& point, const Deviation& first,
+                       const bake::SurfaceDistance& surface) const;
 
     bool isInView(const Eigen::Vector3d& point) const;
 
@@ -56,6 +60,8 @@ private:
     double _pixelScale; ///< of a length at right angles to the axis, at depth 1
 
     std::optional<Eigen::Vector2d> onScreen(const Eigen::Vector3d& point) const;
+    double pixelsBetween(const Eigen::Vector3d& inView, const Eigen::Vector3d& other) const;
+    double diagonal() const;
 };
 
 } // namespace osgTessLOD::benchmarks

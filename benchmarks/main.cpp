@@ -157,8 +157,8 @@ CurveBenchmarkOptions curveOptions(const Arguments& arguments)
 {
     CurveBenchmarkOptions options = arguments.curve;
     if (arguments.quick) {
-        options.path = {480, 300, 2, 6};
-        options.errorsPixels = {0.5, 2.0, 8.0};
+        options.path = {320, 200, 2, 4};
+        options.errorsPixels = {0.5, 4.0};
         options.runs = 1;
         options.points = 4000;
         options.maxFactor = 8;

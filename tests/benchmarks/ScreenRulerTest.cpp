@@ -37,34 +37,47 @@ SurfaceDistance floorAt(double height)
     return plane({-20.0, -20.0, height}, {40.0, 0.0, 0.0}, {0.0, 40.0, 0.0});
 }
 
+struct Measured {
+    double pixels;
+    double pixelsInSpace;
+};
+
+/// From a point in view, all that there is to compare it with considered.
+Measured measured(const Vector3d& point, const SurfaceDistance& surface)
+{
+    const ScreenRuler ruler(camera());
+    const auto first = ruler.measure(point, surface);
+    EXPECT_TRUE(first);
+    if (!first) { return {}; }
+    return {ruler.leastPixels(point, *first, surface), first->pixelsInSpace};
+}
+
 constexpr double kSinglePrecision = 1e-3; // pixels: of coordinates up to 20
 
 TEST(ScreenRuler, DistancesAlongTheLineOfSightAreNotSeen)
 {
-    const auto found = ScreenRuler(camera()).measure({0.0, 0.0, 0.0}, floorAt(-0.5));
-    ASSERT_TRUE(found);
-    EXPECT_NEAR(found->pixels, 0.0, kSinglePrecision);
-    EXPECT_NEAR(found->pixelsInSpace, 5.0, kSinglePrecision) << "0.5 at the depth of 10";
+    const Measured found = measured({0.0, 0.0, 0.0}, floorAt(-0.5));
+    EXPECT_NEAR(found.pixels, 0.0, kSinglePrecision);
+    EXPECT_NEAR(found.pixelsInSpace, 5.0, kSinglePrecision) << "0.5 at the depth of 10";
 }
 
 TEST(ScreenRuler, PerspectiveShowsThemBesideTheMiddleToo)
 {
     // Straight down from (5, 0, 0) is (5, 0, −0.5), which is 500 (1/10 − 1/10.5) = 2.4 pixels away on screen; but the line of sight
     // meets the floor.
-    const auto found = ScreenRuler(camera()).measure({5.0, 0.0, 0.0}, floorAt(-0.5));
-    ASSERT_TRUE(found);
-    EXPECT_LT(found->pixels, 0.02);
+    const SurfaceDistance floor = floorAt(-0.5);
+    EXPECT_NEAR(ScreenRuler(camera()).measure({5.0, 0.0, 0.0}, floor)->pixels, 50.0 - 500.0 / 10.5, kSinglePrecision);
+    EXPECT_LT(measured({5.0, 0.0, 0.0}, floor).pixels, 0.02);
 }
 
 TEST(ScreenRuler, DistancesAcrossAreSeenWhole)
 {
     // A wall beside the line of sight, which runs along it: the point cannot slide onto it.
     const SurfaceDistance wall = plane({0.3, -20.0, -5.0}, {0.0, 40.0, 0.0}, {0.0, 0.0, 14.0});
-    const auto found = ScreenRuler(camera()).measure({0.0, 0.0, 0.0}, wall);
-    ASSERT_TRUE(found);
+    const Measured found = measured({0.0, 0.0, 0.0}, wall);
     // Lower down it would be nearer on screen, but only what is near in space is looked for.
-    EXPECT_NEAR(found->pixels, 3.0, kSinglePrecision);
-    EXPECT_NEAR(found->pixelsInSpace, 3.0, kSinglePrecision);
+    EXPECT_NEAR(found.pixels, 3.0, kSinglePrecision);
+    EXPECT_NEAR(found.pixelsInSpace, 3.0, kSinglePrecision);
 }
 
 TEST(ScreenRuler, IsNeverMoreThanTheNearestPointInSpaceShows)
@@ -76,9 +89,8 @@ TEST(ScreenRuler, IsNeverMoreThanTheNearestPointInSpaceShows)
         const Vector3d q = slope.nearest(p).point;
         const double shown = std::hypot(100.0 * p.x() / (10.0 - p.z()) - 100.0 * q.x() / (10.0 - q.z()),
                                         100.0 * p.y() / (10.0 - p.z()) - 100.0 * q.y() / (10.0 - q.z()));
-        const auto found = ruler.measure(p, slope);
-        ASSERT_TRUE(found);
-        EXPECT_LE(found->pixels, shown + kSinglePrecision);
+        EXPECT_NEAR(ruler.measure(p, slope)->pixels, shown, kSinglePrecision);
+        EXPECT_LE(measured(p, slope).pixels, shown + kSinglePrecision);
     }
 }
 
@@ -94,16 +106,14 @@ TEST(ScreenRuler, MeasuresWhatIsInView)
 
 TEST(ScreenRuler, NothingToCompareWithIsAsFarAsTheScreenIsWide)
 {
-    const auto found = ScreenRuler(camera()).measure({0.0, 0.0, 0.0}, SurfaceDistance({}, {}));
-    ASSERT_TRUE(found);
-    EXPECT_DOUBLE_EQ(found->pixels, std::hypot(200.0, 200.0));
+    EXPECT_DOUBLE_EQ(measured({0.0, 0.0, 0.0}, SurfaceDistance({}, {})).pixels, std::hypot(200.0, 200.0));
 }
 
 TEST(Deviations, AddUp)
 {
     Deviations all;
-    all.add({3.0, 4.0, 9.0, 0.0, 1, 0});
-    all.add({1.0, 6.0, 1.0, 1.0, 1, 1});
+    all.add({3.0, 0.0, 4.0, 9.0, 1, 0});
+    all.add({1.0, 1.0, 6.0, 1.0, 1, 1});
     EXPECT_EQ(all.largest, 3.0);
     EXPECT_EQ(all.largestInSpace, 6.0);
     EXPECT_EQ(all.largestPromised, 1.0);
