@@ -129,14 +129,14 @@ HeightField cut(const HeightField& from, const Window& window)
     return field;
 }
 
-/// The largest square that a tile's bisection may start from; object units.
-double largestRoot(const HeightField& whole, std::uint32_t count)
+/// Samples across the largest square that a tile's bisection may start from, times the scale of each axis.
+double largestRoot(const HeightField& whole, std::uint32_t count, const std::array<double, 2>& scale)
 {
     double largest = 0.0;
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const std::uint32_t fewest = (sizeOf(whole)[axis] - 1) / count;
         for (const std::uint32_t cells : {fewest, fewest + 1}) { // tiles of both sizes may be there
-            largest = std::max(largest, whole.spacing[axis] * cells / rootSquares(cells + 1));
+            largest = std::max(largest, scale[axis] * cells / rootSquares(cells + 1));
         }
     }
     return largest;
@@ -151,13 +151,14 @@ void placeTiles(const HeightField& whole, const Range& range, std::uint32_t coun
     tile.frame.center << 0.5 * (corner + opposite), 0.5 * (range.low + range.high);
     tile.frame.scale = Vector3d(size.x() / count, size.y() / count, size.z()).norm();
 
+    tile.rootSamples = largestRoot(whole, count, {1.0, 1.0});
     constexpr double kFarAway = 2.0; // times the size, as for any asset
     const bool isFar = tile.frame.center.norm() > kFarAway * size.norm();
     if (isFar) { tile.lattice.origin = {tile.frame.center.x(), tile.frame.center.y(), tile.frame.center.z()}; }
     const double farthest = 0.5 * size.maxCoeff() + (isFar ? 0.0 : tile.frame.center.cwiseAbs().maxCoeff());
     constexpr double kRoom = 1.125; // refitted vertices may lie outside of the samples' range
     constexpr double kMostSteps = 1 << 30;
-    const double patch = std::max(largestRoot(whole, count), size.z());
+    const double patch = std::max(largestRoot(whole, count, whole.spacing), size.z());
     tile.lattice.step = static_cast<float>(kRoom * std::max(patch / Lattice::kMaxOffset, farthest / kMostSteps));
 }
 

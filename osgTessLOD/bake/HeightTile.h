@@ -28,6 +28,7 @@ struct HeightTile {
     HeightField around;            ///< the same and more on each side where there are any: slopes on seams need them
     std::array<bool, 4> isSeam{};  ///< per Side: is there a tile beyond it?
     WorkingFrame frame;            ///< of all tiles: about the middle of the whole, scaled to the size of a tile
+    double rootSamples = 0.0; ///< across the largest square that patches of any tile are bisected from
     Lattice lattice;               ///< of all tiles' assets, so that what they share decodes to the same bits
     std::uint64_t filledVoids = 0; ///< of the tile's samples
 };

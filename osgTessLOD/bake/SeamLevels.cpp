@@ -7,31 +7,30 @@
 
 namespace osgTessLOD::bake {
 
-SeamLevels::SeamLevels(const SeamLine& line, unsigned factor, double patchTolerance, double tolerance,
-                       std::int64_t rootUnits)
-    : _mostSegments(std::max(1U, factor / 2))
-    , _longest(std::max(1.0, factor / 2.0))
-    , _patchTolerance(patchTolerance)
-    , _tolerance(tolerance)
-    , _samplesPerUnit(static_cast<double>(line.heights.size() - 1) / line.roots / static_cast<double>(rootUnits))
+SeamLevels::SeamLevels(const SeamLine& line, const SeamOptions& options)
+    : _options(options)
+    , _mostSegments(std::max(1U, options.factor / 2))
+    , _samplesPerUnit(static_cast<double>(line.heights.size() - 1) / line.roots / static_cast<double>(options.rootUnits))
 {
-    for (unsigned root = 0; root < line.roots; ++root) { divide(line, root * rootUnits, (root + 1) * rootUnits); }
+    for (unsigned root = 0; root < line.roots; ++root) {
+        divide(line, root * options.rootUnits, (root + 1) * options.rootUnits);
+    }
 }
 
 void SeamLevels::divide(const SeamLine& line, std::int64_t first, std::int64_t last)
 {
-    const double samples = static_cast<double>(last - first) * _samplesPerUnit;
+    const std::int64_t length = last - first;
     const auto isEnough = [&](unsigned segments, double tolerance) {
-        return samples <= _longest * segments && deviation(line, first, last, segments) <= tolerance;
+        return length <= _options.shortestPart * segments && deviation(line, first, last, segments) <= tolerance;
     };
-    if (samples > 1.0 && (last - first) % 2 == 0 && !isEnough(_mostSegments, _patchTolerance)) {
-        const std::int64_t middle = first + (last - first) / 2;
+    if (length > _options.shortestPart && !isEnough(_mostSegments, _options.patchTolerance)) {
+        const std::int64_t middle = first + length / 2;
         divide(line, first, middle);
         divide(line, middle, last);
         return;
     }
     unsigned segments = 1;
-    while (segments < _mostSegments && !isEnough(segments, _tolerance)) { segments *= 2; }
+    while (segments < _mostSegments && !isEnough(segments, _options.tolerance)) { segments *= 2; }
     _parts.push_back({first, last, segments});
 }
 

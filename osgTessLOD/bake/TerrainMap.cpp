@@ -288,6 +288,7 @@ TerrainMap::TerrainMap(HeightTile tile, unsigned factor, double tolerance, doubl
 {
     _frame = tile.frame;
     _lattice = tile.lattice;
+    _rootSamples = tile.rootSamples;
     for (const HeightTile::Side side : {HeightTile::West, HeightTile::North, HeightTile::East, HeightTile::South}) {
         if (tile.isSeam[side]) { _seams[side] = heightsOfSide(_field, side); }
     }
@@ -297,12 +298,16 @@ TerrainMap::TerrainMap(HeightTile tile, unsigned factor, double tolerance, doubl
 void TerrainMap::makePatches(unsigned factor, double tolerance, double seamTolerance, Progress& progress)
 {
     _name = _field.name;
+    SeamOptions options{factor, tolerance * _frame.scale, seamTolerance * _frame.scale, kRootUnits, kRootUnits};
+    while (options.shortestPart > 1 && _rootSamples * static_cast<double>(options.shortestPart) / kRootUnits >
+                                           std::max(1.0, factor / 2.0)) {
+        options.shortestPart /= 2; // half of the factor then follows all samples
+    }
     Seams seams;
     for (std::size_t side = 0; side < seams.size(); ++side) {
         if (_seams[side].empty()) { continue; }
         const std::uint32_t roots = rootSquares(static_cast<std::uint32_t>(_seams[side].size()));
-        seams[side].emplace(SeamLine{_seams[side], roots}, factor, tolerance * _frame.scale, seamTolerance * _frame.scale,
-                            kRootUnits);
+        seams[side].emplace(SeamLine{_seams[side], roots}, options);
     }
     Bisection bisection(_field, seams);
     const HeightError error(_field, factor);

@@ -52,6 +52,7 @@ private:
     HeightField _field;
     HeightField _around; ///< of a tile: with some samples beyond it
     SeamHeights _seams;
+    double _rootSamples = 0.0; ///< HeightTile::rootSamples
     std::vector<Eigen::Vector2d> _vertices; ///< of the patches: fractional column and row
     SourceMesh _source;
     SourceSamples _samples;

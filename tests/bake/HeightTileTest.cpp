@@ -201,7 +201,7 @@ TEST(SeamLevels, PartsAreNearTheSamplesAndRefineAlike)
     constexpr std::int64_t kUnits = 1 << 18;
     constexpr double kTolerance = 0.02;
     const SeamLine line = lineOf(61, 2);
-    const SeamLevels seam(line, 16, 0.1, kTolerance, kUnits);
+    const SeamLevels seam(line, {16, 0.1, kTolerance, kUnits, kUnits / 4});
     EXPECT_TRUE(seam.isDivided(0, 2 * kUnits)) << "of two roots";
     std::int64_t first = 0;
     std::set<unsigned> kinds;
