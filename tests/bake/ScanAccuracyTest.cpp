@@ -41,7 +41,7 @@ TEST_P(ScanAccuracy, FinestLevelIsWithinAThousandthOfTheDiagonal)
     EXPECT_LE(distance.symmetric(), report.stored.largestFinestError);
 }
 
-// Not dragon_871k, which takes twice the time of all of these: docs/inputs.md has it.
+// Not dragon_871k, which takes as long as all of these: docs/benchmarks.md has it.
 INSTANTIATE_TEST_SUITE_P(Scans, ScanAccuracy,
                          testing::Values("bunny_69k.ply", "armadillo_86k.obj", "turbine_199k.ply", "engine_635k.ply"));
 
