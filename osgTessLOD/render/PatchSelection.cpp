@@ -71,7 +71,10 @@ PatchSelection::PatchSelection(const GpuAsset* asset, SelectionRequest request)
     : PatchSelection()
 {
     const PatchSelector& selector = asset->selector();
-    const auto finest = static_cast<unsigned>(selector.kernelView(request.view, request.options).top);
+    // Seams may be finer than what is asked for, and then only records of all levels are in the order of ShaderSelection::patches().
+    const auto finest = selector.blocks().hasSeams()
+                            ? static_cast<unsigned>(asset->asset().ladder.size() - 1)
+                            : static_cast<unsigned>(selector.kernelView(request.view, request.options).top);
     _asset = asset;
     _records = selector.uniformRecords(finest);
     _statistics = selector.uniformStatistics(finest);
