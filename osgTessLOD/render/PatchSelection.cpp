@@ -277,17 +277,7 @@ std::vector<osg::Vec3f> PatchSelection::capture(osg::RenderInfo& renderInfo, con
                 corners.insert(corners.end(), triangles[k].begin(), triangles[k].end());
             }
         };
-        if (!isSelectedWhenDrawn()) {
-            forEachDraw(records.records, DrawContext::kSoftwareVerticesPerDraw, captureDraw);
-            return;
-        }
-        // Which patch is drawn at which level is not known: room for the finest for all.
-        const unsigned factor = _asset->asset().ladder[MorphedSurface::drawnLevel(records.records.back().edgeLevels)];
-        const std::size_t most =
-            std::max<std::size_t>(1, DrawContext::kSoftwareVerticesPerDraw / TessellationPattern::vertexCount(factor));
-        for (std::size_t first = 0; first < records.records.size(); first += most) {
-            captureDraw(first, std::min(most, records.records.size() - first), factor);
-        }
+        forEachDraw(records.records, DrawContext::kSoftwareVerticesPerDraw, captureDraw);
     });
     return corners;
 }
