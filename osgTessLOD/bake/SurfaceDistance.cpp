@@ -102,13 +102,14 @@ struct SurfaceDistance::Scene {
     /// What a search for the nearest triangle needs.
     struct Search {
         const Scene& scene;
-        double enough; ///< distance that nothing nearer is looked for at
+        Vector3d point; ///< from the centre; not rounded to single precision as Embree's query is
+        double enough;  ///< distance that nothing nearer is looked for at
         double nearest;
         std::uint32_t triangle = 0; ///< that is `nearest`, once one is
     };
-    /// Finds the triangle nearest to `p`, which is relative to the centre.
-    void find(const Vector3f& p, Search& search) const
+    void find(Search& search) const
     {
+        const Vector3f p = search.point.cast<float>();
         RTCPointQuery query{};
         query.x = p.x();
         query.y = p.y();
@@ -118,13 +119,16 @@ struct SurfaceDistance::Scene {
         rtcInitPointQueryContext(&context);
         rtcPointQuery(handle, &query, &context, &Scene::visit, &search);
     }
+    double distance(const Search& search, std::uint32_t triangle) const
+    {
+        const std::array<Vector3d, 3> corners = cornersFrom(search.point, triangle);
+        return distanceToTriangle(corners[0], corners[1], corners[2]);
+    }
 
     static bool visit(RTCPointQueryFunctionArguments* arguments)
     {
         Search& search = *static_cast<Search*>(arguments->userPtr);
-        const Vector3d p = Vector3f(arguments->query->x, arguments->query->y, arguments->query->z).cast<double>();
-        const std::array<Vector3d, 3> corners = search.scene.cornersFrom(p, arguments->primID);
-        const double distance = distanceToTriangle(corners[0], corners[1], corners[2]);
+        const double distance = search.scene.distance(search, arguments->primID);
         if (!(distance < search.nearest)) { return false; }
         search.nearest = distance;
         search.triangle = arguments->primID;
@@ -177,32 +181,28 @@ double SurfaceDistance::distance(const Eigen::Vector3d& point) const
 
 double SurfaceDistance::distanceBeyond(const Eigen::Vector3d& point, double enough, double most) const
 {
-    Scene::Search search{*_scene, enough, most};
-    _scene->find((point - _scene->center).cast<float>(), search);
+    Scene::Search search{*_scene, point - _scene->center, enough, most};
+    _scene->find(search);
     return search.nearest;
 }
 
 double SurfaceDistance::distanceBeyond(const Eigen::Vector3d& point, double enough, double most,
                                        std::uint32_t& triangle) const
 {
-    const Vector3f p = (point - _scene->center).cast<float>();
-    const std::array<Vector3d, 3> corners = _scene->cornersFrom(p.cast<double>(), triangle);
-    Scene::Search search{*_scene, enough, std::min(most, distanceToTriangle(corners[0], corners[1], corners[2])),
-                         triangle};
-    if (search.nearest > enough) { _scene->find(p, search); }
+    Scene::Search search{*_scene, point - _scene->center, enough, most, triangle};
+    search.nearest = std::min(most, _scene->distance(search, triangle));
+    if (search.nearest > enough) { _scene->find(search); }
     triangle = search.triangle;
     return search.nearest;
 }
 
 SurfaceDistance::Nearest SurfaceDistance::nearest(const Eigen::Vector3d& point) const
 {
-    Scene::Search search{*_scene, 0.0, std::numeric_limits<double>::infinity()};
-    const Vector3f p = (point - _scene->center).cast<float>();
-    _scene->find(p, search);
+    Scene::Search search{*_scene, point - _scene->center, 0.0, std::numeric_limits<double>::infinity()};
+    _scene->find(search);
     if (!std::isfinite(search.nearest)) { return {point, search.nearest, 0}; }
-    const std::array<Vector3d, 3> corners = _scene->cornersFrom(p.cast<double>(), search.triangle);
-    const Vector3d at = nearestOnTriangle(corners[0], corners[1], corners[2]) + p.cast<double>();
-    return {_scene->center + at, search.nearest, search.triangle};
+    const std::array<Vector3d, 3> corners = _scene->cornersFrom(search.point, search.triangle);
+    return {point + nearestOnTriangle(corners[0], corners[1], corners[2]), search.nearest, search.triangle};
 }
 
 namespace {
