@@ -25,7 +25,7 @@ using bake::PatchedSurface;
 
 constexpr auto kKinds = static_cast<std::uint32_t>(Kind::kCount);
 
-BakeOptions randomOptions(Random& random)
+BakeOptions randomOptions(SourceRandom& random)
 {
     BakeOptions options;
     options.maxFactor = 2U << random.below(3);
@@ -122,7 +122,7 @@ TEST(BakeStress, EverySourceIsBakedOrRefused)
     Worst worst;
     const unsigned count = trials(2) * kKinds;
     for (unsigned k = 0; k < count; ++k) {
-        Random random(k);
+        SourceRandom random(k);
         const auto kind = static_cast<Kind>(k % kKinds);
         // Some so far away that double precision leaves little of them, or nothing.
         const double farthest = random.chance(0.1) ? 1e20 : 1e9;
@@ -144,7 +144,7 @@ TEST(BakeStress, EverySourceIsBakedOrRefused)
 }
 
 /// All of one height, but for the last digits of some or one peak; of a single cell or more.
-bake::HeightField nearlyEqualHeights(Random& random)
+bake::HeightField nearlyEqualHeights(SourceRandom& random)
 {
     bake::HeightField field;
     field.name = "heights";
@@ -165,7 +165,7 @@ TEST(BakeStress, HeightFieldsOfNearlyEqualHeights)
 {
     for (unsigned k = 0; k < trials(10); ++k) {
         SCOPED_TRACE(k);
-        Random random(k);
+        SourceRandom random(k);
         bake::Progress progress;
         const bake::TerrainMap map(nearlyEqualHeights(random), 4, random.magnitude(1e-4, 0.1), progress);
         bake::ChartSet charts = bake::makeCharts(map, 8, progress);
@@ -204,7 +204,7 @@ TEST(BakeStress, ScalesByPowersOfTwoChangeNoBit)
 {
     const unsigned count = trials(1) * kKinds;
     for (unsigned k = 0; k < count; ++k) {
-        Random random(1000 + k);
+        SourceRandom random(1000 + k);
         const auto kind = static_cast<Kind>(k % kKinds);
         const SourceMesh mesh = randomSource(kind, random);
         SCOPED_TRACE(std::string(nameOf(kind)) + ", trial " + std::to_string(k));

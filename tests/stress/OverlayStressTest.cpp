@@ -12,7 +12,7 @@ namespace {
 using namespace bake;
 
 /// Points of one circle about a point of the lattice: multiples of Pythagorean triples.
-std::vector<ChartPoint> cocircularPoints(Random& random)
+std::vector<ChartPoint> cocircularPoints(SourceRandom& random)
 {
     constexpr int kOffsets[][2] = {{65, 0},  {63, 16}, {60, 25}, {56, 33}, {52, 39},
                                    {39, 52}, {33, 56}, {25, 60}, {16, 63}, {0, 65}};
@@ -31,7 +31,7 @@ std::vector<ChartPoint> cocircularPoints(Random& random)
 }
 
 /// Points on one line from end to end of the triangle, and a lattice unit beside it.
-std::vector<ChartPoint> nearlyCollinearPoints(Random& random)
+std::vector<ChartPoint> nearlyCollinearPoints(SourceRandom& random)
 {
     const auto slope = static_cast<int>(random.below(4));
     std::vector<ChartPoint> points;
@@ -43,7 +43,7 @@ std::vector<ChartPoint> nearlyCollinearPoints(Random& random)
 }
 
 /// Points of a lattice of a few cells a side, so that most lie on edges and lines of others.
-std::vector<ChartPoint> coarsePoints(Random& random)
+std::vector<ChartPoint> coarsePoints(SourceRandom& random)
 {
     const std::uint32_t cells = 2 + random.below(6);
     const int step = kUnits / static_cast<int>(cells);
@@ -56,7 +56,7 @@ std::vector<ChartPoint> coarsePoints(Random& random)
 }
 
 /// Within a few lattice units of one point, where there is hardly room for triangles.
-std::vector<ChartPoint> crowdedPoints(Random& random)
+std::vector<ChartPoint> crowdedPoints(SourceRandom& random)
 {
     const ChartPoint center{static_cast<int>(random.below(kUnits / 2)), static_cast<int>(random.below(kUnits / 2))};
     std::vector<ChartPoint> points;
@@ -66,9 +66,9 @@ std::vector<ChartPoint> crowdedPoints(Random& random)
     return points;
 }
 
-Mesh degenerateMesh(Random& random)
+Mesh degenerateMesh(SourceRandom& random)
 {
-    using Maker = std::vector<ChartPoint> (*)(Random&);
+    using Maker = std::vector<ChartPoint> (*)(SourceRandom&);
     constexpr Maker kMakers[] = {cocircularPoints, nearlyCollinearPoints, coarsePoints, crowdedPoints};
     std::vector<ChartPoint> points = kMakers[random.below(4)](random);
     Mesh mesh = pattern(1U << random.below(2));
@@ -83,7 +83,7 @@ TEST(OverlayStress, IsAllPairsOfCocircularCollinearAndCrowdedPoints)
 {
     for (unsigned k = 0; k < trials(300); ++k) {
         SCOPED_TRACE(k);
-        Random random(k);
+        SourceRandom random(k);
         const Mesh level = degenerateMesh(random);
         const Mesh chart = random.chance(0.2) ? level : degenerateMesh(random);
         expectAllPairs(level, chart);
@@ -94,7 +94,7 @@ TEST(OverlayStress, IsAllPairsOfCocircularCollinearAndCrowdedPoints)
 TEST(OverlayStress, OrientationsAreExactAtTheLatticesEnds)
 {
     // The largest products are near 2³²: what 64 bits are for. The same in 128 bits, and by the cyclic order of corners.
-    Random random(1);
+    SourceRandom random(1);
     const auto coordinate = [&] {
         return static_cast<std::int32_t>(random.chance(0.3) ? random.below(2) * kUnits : random.below(kUnits + 1));
     };
@@ -115,7 +115,7 @@ TEST(OverlayStress, LinearFunctionsDoNotDifferOnAnyTriangulation)
 {
     Worst worst;
     for (unsigned k = 0; k < trials(300); ++k) {
-        Random random(k);
+        SourceRandom random(k);
         const Mesh level = degenerateMesh(random);
         const Mesh chart = degenerateMesh(random);
         const double scale = random.magnitude(1e-12, 1e12);

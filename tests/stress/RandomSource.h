@@ -3,6 +3,7 @@
 #pragma once
 
 #include <bake/ProceduralMeshes.h>
+#include <stress/Random.h>
 
 #include <Eigen/Geometry>
 
@@ -18,26 +19,16 @@ namespace osgTessLOD::stress {
 using bake::SourceMesh;
 using Eigen::Vector3d;
 
-class Random {
+/// Random input of bakes.
+class SourceRandom : public Random {
 public:
-    explicit Random(std::uint64_t seed)
-        : _generator(seed)
-    {
-    }
-    double between(double from, double to) { return std::uniform_real_distribution<double>(from, to)(_generator); }
-    /// All magnitudes alike.
-    double magnitude(double from, double to) { return std::exp(between(std::log(from), std::log(to))); }
-    bool chance(double probability) { return between(0.0, 1.0) < probability; }
-    std::uint32_t below(std::uint32_t count)
-    {
-        return std::uniform_int_distribution<std::uint32_t>(0, count - 1)(_generator);
-    }
+    using Random::Random;
     Vector3d direction()
     {
         std::normal_distribution<double> normal;
-        const double x = normal(_generator);
-        const double y = normal(_generator);
-        const double z = normal(_generator);
+        const double x = normal(generator());
+        const double y = normal(generator());
+        const double z = normal(generator());
         return Vector3d(x, y, z).normalized();
     }
     Eigen::Matrix3d rotation()
@@ -45,9 +36,6 @@ public:
         const Vector3d axis = direction();
         return Eigen::AngleAxisd(between(0.0, 2.0 * bake::kPi), axis).toRotationMatrix();
     }
-
-private:
-    std::mt19937_64 _generator;
 };
 
 enum class Kind { Ball, Sheet, SliverFan, CoplanarSoup, CocircularDisc, EqualHeights, Wall, kCount };
@@ -60,7 +48,7 @@ inline const char* nameOf(Kind kind)
 }
 
 /// A sphere whose vertices were moved in and out: closed, folded here and there.
-inline SourceMesh ball(Random& random)
+inline SourceMesh ball(SourceRandom& random)
 {
     SourceMesh mesh = bake::sphere(2 + random.below(2));
     const double roughness = random.magnitude(1e-9, 0.3);
@@ -69,7 +57,7 @@ inline SourceMesh ball(Random& random)
 }
 
 /// An open grid of uneven cells, some of no more than 10⁻¹² of its side wide.
-inline SourceMesh sheet(Random& random)
+inline SourceMesh sheet(SourceRandom& random)
 {
     const std::uint32_t n = 6 + random.below(8);
     const double roughness = random.magnitude(1e-9, 0.1);
@@ -83,7 +71,7 @@ inline SourceMesh sheet(Random& random)
 }
 
 /// Triangles about one point, of any angles down to 10⁻¹² radians.
-inline SourceMesh sliverFan(Random& random)
+inline SourceMesh sliverFan(SourceRandom& random)
 {
     const std::uint32_t count = 20 + random.below(60);
     SourceMesh mesh;
@@ -98,7 +86,7 @@ inline SourceMesh sliverFan(Random& random)
 }
 
 /// Triangles between few points of a plane's lattice, over one another, of no area, twice the same.
-inline SourceMesh coplanarSoup(Random& random)
+inline SourceMesh coplanarSoup(SourceRandom& random)
 {
     SourceMesh mesh;
     for (std::uint32_t i = 0; i < 6; ++i) {
@@ -111,7 +99,7 @@ inline SourceMesh coplanarSoup(Random& random)
 }
 
 /// Rings of points on circles about one centre, all in a plane or all on a sphere.
-inline SourceMesh cocircularDisc(Random& random)
+inline SourceMesh cocircularDisc(SourceRandom& random)
 {
     const std::uint32_t around = 8 + random.below(12);
     const bool isFlat = random.chance(0.5);
@@ -124,7 +112,7 @@ inline SourceMesh cocircularDisc(Random& random)
 }
 
 /// A height field all of whose heights are one, but for the last digits of some.
-inline SourceMesh equalHeights(Random& random)
+inline SourceMesh equalHeights(SourceRandom& random)
 {
     const std::uint32_t n = 6 + random.below(8);
     const double height = random.between(-100.0, 100.0);
@@ -135,16 +123,16 @@ inline SourceMesh equalHeights(Random& random)
 }
 
 /// A strip 10⁻¹² to 1 of its length wide.
-inline SourceMesh wall(Random& random)
+inline SourceMesh wall(SourceRandom& random)
 {
     const double height = random.magnitude(1e-12, 1.0);
     return bake::gridMesh(24, 3, false, false,
                           [&](std::uint32_t i, std::uint32_t j) { return Vector3d(i, std::sin(0.5 * i), height * j); });
 }
 
-inline SourceMesh randomSource(Kind kind, Random& random)
+inline SourceMesh randomSource(Kind kind, SourceRandom& random)
 {
-    using Maker = SourceMesh (*)(Random&);
+    using Maker = SourceMesh (*)(SourceRandom&);
     constexpr Maker kMakers[] = {ball, sheet, sliverFan, coplanarSoup, cocircularDisc, equalHeights, wall};
     SourceMesh mesh = kMakers[static_cast<std::size_t>(kind)](random);
     mesh.frame = {};

@@ -76,7 +76,7 @@ std::vector<Errors> underMotions(const SourceMesh& mesh, const std::string& tech
 {
     std::vector<Errors> all{errorsOf(mesh, technique)};
     for (unsigned k = 0; k < kMotions; ++k) {
-        Random random(k);
+        SourceRandom random(k);
         Similarity motion;
         motion.turn = random.rotation();
         motion.offset = random.direction() * random.between(0.0, 2.0);

@@ -35,7 +35,7 @@ std::string writeMesh(const TemporaryDirectory& folder, const SourceMesh& mesh)
     return path;
 }
 
-std::unique_ptr<Model> randomModel(Kind kind, Random& random)
+std::unique_ptr<Model> randomModel(Kind kind, SourceRandom& random)
 {
     const TemporaryDirectory folder;
     const Similarity place{random.rotation(), random.magnitude(1e-6, 1e9),
@@ -57,7 +57,7 @@ std::unique_ptr<Model> randomModel(Kind kind, Random& random)
     return model;
 }
 
-osg::Vec3d vertexOf(const LodAsset& asset, Random& random)
+osg::Vec3d vertexOf(const LodAsset& asset, SourceRandom& random)
 {
     const std::vector<LodVertex>& vertices = asset.levels.front().vertices; // three per patch
     const std::uint32_t v = random.below(static_cast<std::uint32_t>(vertices.size()));
@@ -71,7 +71,7 @@ osg::Vec3d toOsg(const Vector3d& v)
 }
 
 /// Depth grows from far to near, or ends nowhere, or both: selection looks at x, y and w alone.
-void turnDepth(osg::Matrixd& projection, Random& random)
+void turnDepth(osg::Matrixd& projection, SourceRandom& random)
 {
     if (random.chance(0.3)) { projection(2, 2) = -1.0; }
     if (random.chance(0.3)) { projection = projection * osg::Matrixd::scale(1.0, 1.0, -1.0); }
@@ -79,7 +79,7 @@ void turnDepth(osg::Matrixd& projection, Random& random)
 
 /// On a vertex, between two of them, anywhere from 10⁻⁴ to 10⁶ of the model's size from one; with fields of view of 0.1° to 179°,
 /// orthographic, or of any viewport up to 32,768 pixels.
-ScreenCamera randomCamera(const LodAsset& asset, Random& random)
+ScreenCamera randomCamera(const LodAsset& asset, SourceRandom& random)
 {
     osg::Vec3d low(asset.boundsMin[0], asset.boundsMin[1], asset.boundsMin[2]);
     const osg::Vec3d high(asset.boundsMax[0], asset.boundsMax[1], asset.boundsMax[2]);
@@ -114,7 +114,7 @@ ScreenCamera randomCamera(const LodAsset& asset, Random& random)
     return camera;
 }
 
-SelectionOptions randomSelection(Random& random)
+SelectionOptions randomSelection(SourceRandom& random)
 {
     SelectionOptions options;
     options.errorPixels = random.magnitude(1e-3, 100.0);
@@ -178,7 +178,7 @@ struct BoundFigures {
 };
 
 void expectBound(const Model& model, const ScreenCamera& camera, const SelectionOptions& options,
-                 const PatchRecords& records, Random& random, BoundFigures& figures)
+                 const PatchRecords& records, SourceRandom& random, BoundFigures& figures)
 {
     const SelectionView view = camera.view();
     constexpr unsigned kMostCompared = 3; // overlays take their time
@@ -200,7 +200,7 @@ TEST(SelectionStress, LevelsAreSoundAndTheBoundIsKeptThroughAnyCamera)
     constexpr auto kKinds = static_cast<std::uint32_t>(Kind::kCount);
     BoundFigures figures;
     for (unsigned k = 0; k < trials(kKinds); ++k) {
-        Random random(2000 + k);
+        SourceRandom random(2000 + k);
         const auto kind = static_cast<Kind>(k % kKinds);
         SCOPED_TRACE(std::string(nameOf(kind)) + ", trial " + std::to_string(k));
         const std::unique_ptr<Model> model = randomModel(kind, random);
@@ -226,7 +226,7 @@ TEST(SelectionStress, LevelsAreSoundAndTheBoundIsKeptThroughAnyCamera)
 
 TEST(SelectionStress, WithoutPixelsEverythingIsCoarse)
 {
-    Random random(1);
+    SourceRandom random(1);
     const std::unique_ptr<Model> model = randomModel(Kind::Ball, random);
     for (unsigned k = 0; k < trials(20); ++k) {
         ScreenCamera camera = randomCamera(model->asset, random);

@@ -3,6 +3,7 @@
 // ShaderTwins.h.
 #pragma once
 
+#include <stress/Random.h>
 #include <stress/ShaderTwins.h>
 #include <stress/Stress.h>
 
@@ -30,23 +31,17 @@ using glsl::uvec4;
 using glsl::vec3;
 using glsl::vec4;
 
-class Random {
+/// Random input of shaders.
+class TwinRandom : public Random {
 public:
-    explicit Random(std::uint64_t seed)
-        : _generator(seed)
-    {
-    }
-    double between(double from, double to) { return std::uniform_real_distribution<double>(from, to)(_generator); }
-    double magnitude(double from, double to) { return std::exp(between(std::log(from), std::log(to))); }
-    bool chance(double probability) { return between(0.0, 1.0) < probability; }
-    std::uint32_t bits() { return static_cast<std::uint32_t>(_generator()); }
-    std::uint32_t below(std::uint32_t count) { return bits() % count; }
-    osg::Vec3d direction() { return randomDirection(_generator); }
+    using Random::Random;
+    std::uint32_t bits() { return static_cast<std::uint32_t>(generator()()); }
+    osg::Vec3d viewDirection() { return randomDirection(generator()); }
     Twin number(double from, double to) { return Twin::given(static_cast<float>(between(from, to))); }
     vec3 point(double size) { return vec3(number(-size, size), number(-size, size), number(-size, size)); }
     vec3 unit()
     {
-        const osg::Vec3d d = direction();
+        const osg::Vec3d d = viewDirection();
         const auto given = [](double x) { return Twin::given(static_cast<float>(x)); };
         return vec3(given(d.x()), given(d.y()), given(d.z()));
     }
@@ -63,9 +58,6 @@ public:
         return w;
     }
     vec4 color() { return vec4(number(0.0, 1.0), number(0.0, 1.0), number(0.0, 1.0), number(0.0, 1.0)); }
-
-private:
-    std::mt19937_64 _generator;
 };
 
 /// How far single precision is off: in units in the last place of the largest number that a result, or another component of it, is
@@ -127,13 +119,13 @@ inline uvec4 bitsOf(const vec4& v)
     return bits;
 }
 
-inline osg::Matrixd randomAffine(Random& random, double size)
+inline osg::Matrixd randomAffine(TwinRandom& random, double size)
 {
-    const osg::Vec3d turn = random.direction() * random.magnitude(1e-6, 10.0);
+    const osg::Vec3d turn = random.viewDirection() * random.magnitude(1e-6, 10.0);
     const osg::Matrixd scale = osg::Matrixd::scale(random.magnitude(1e-3, 1e3), random.magnitude(1e-3, 1e3),
                                                    random.between(-1.0, 1.0) * random.magnitude(1e-3, 1e3));
     return scale * osg::Matrixd::rotate(turn.length(), turn) *
-           osg::Matrixd::translate(random.direction() * size * random.magnitude(1e-6, 1e3));
+           osg::Matrixd::translate(random.viewDirection() * size * random.magnitude(1e-6, 1e3));
 }
 
 /// A row of the matrix, less `identity` times the unit matrix's, as the GPU has it.
@@ -146,7 +138,7 @@ inline vec4 rowOf(const osg::Matrixd& matrix, int row, double identity)
 }
 
 /// A transform per base vertex, which are returned, and what the shaders know of the asset's patches.
-inline std::vector<osg::Matrixd> bindDeformation(const LodAsset& asset, Random& random)
+inline std::vector<osg::Matrixd> bindDeformation(const LodAsset& asset, TwinRandom& random)
 {
     std::vector<osg::Matrixd> transforms;
     glsl::tessLodDeformation.texels.clear();
@@ -174,7 +166,7 @@ inline std::vector<osg::Matrixd> bindDeformation(const LodAsset& asset, Random& 
 /// Grids of normals about one direction, so that no mean of them vanishes.
 constexpr int kNormalPatches = 3;
 constexpr int kNormalLevels = 6;
-inline void bindNormals(Random& random)
+inline void bindNormals(TwinRandom& random)
 {
     glsl::tessLodPatchCount = kNormalPatches;
     glsl::tessLodNormalLevelCount = kNormalLevels;
@@ -188,7 +180,7 @@ inline void bindNormals(Random& random)
 }
 
 /// A row of tessLodNeeds with errors that fall as PatchBlocks has them.
-inline void bindNeeds(Random& random, int levelCount)
+inline void bindNeeds(TwinRandom& random, int levelCount)
 {
     auto& texels = glsl::selection::tessLodNeeds.texels;
     texels.clear();
@@ -201,7 +193,7 @@ inline void bindNeeds(Random& random, int levelCount)
         put({random.between(-1, 1), random.between(-1, 1), random.between(-1, 1), 0.1});
     }
     double size = random.magnitude(1e-3, 0.1);
-    const osg::Vec3d v = random.direction();
+    const osg::Vec3d v = random.viewDirection();
     for (int level = 0; level < levelCount; ++level) {
         const double square = size * size * 1.01;
         put({square - size * size * v.x() * v.x(), square - size * size * v.y() * v.y(),
@@ -214,13 +206,13 @@ inline void bindNeeds(Random& random, int levelCount)
 }
 
 /// A view in which a sphere, which is returned, needs one level or another.
-inline vec4 bindView(Random& random)
+inline vec4 bindView(TwinRandom& random)
 {
     using namespace glsl::selection;
     tessLodOrthographic = random.chance(0.2);
     tessLodConservative = random.chance(0.6);
     tessLodIsotropic = random.chance(0.3);
-    const osg::Vec3d eye = random.direction() * random.magnitude(1e-3, 1e4);
+    const osg::Vec3d eye = random.viewDirection() * random.magnitude(1e-3, 1e4);
     for (std::size_t c = 0; c < 3; ++c) {
         const double each = eye[static_cast<int>(c)];
         const auto high = static_cast<float>(each);
@@ -229,7 +221,7 @@ inline vec4 bindView(Random& random)
     }
     const vec4 sphere(random.point(1.0), random.number(1e-3, 0.3));
     const osg::Vec3d toSphere(sphere.x.exact() - eye.x(), sphere.y.exact() - eye.y(), sphere.z.exact() - eye.z());
-    osg::Vec3d axis = toSphere / toSphere.length() + random.direction() * 0.3;
+    osg::Vec3d axis = toSphere / toSphere.length() + random.viewDirection() * 0.3;
     axis.normalize();
     for (std::size_t c = 0; c < 3; ++c) { tessLodAxis[c] = Twin::given(static_cast<float>(axis[static_cast<int>(c)])); }
     tessLodLeastCosine = random.number(0.01, 0.99);
@@ -238,7 +230,7 @@ inline vec4 bindView(Random& random)
 }
 
 /// Eight lights of any kind, a material, which is returned, and fog.
-inline glsl::gl_MaterialParameters bindLights(Random& random)
+inline glsl::gl_MaterialParameters bindLights(TwinRandom& random)
 {
     using namespace glsl;
     tessLodShadow = ivec3(0);

@@ -138,7 +138,7 @@ template <std::size_t N> glsl::Vec<Twin, N> asDriven(const glsl::Vec<Twin, N>& e
 
 TEST_F(ShaderTwinsGl, normals)
 {
-    Random random(3);
+    TwinRandom random(3);
     bindNormals(random);
     prepare({"tesslod_normal.glsl"}, "TESSLOD_NORMALS",
             "result = vec4(given(1).x < 0.0 ? tessLodOctahedralNormal(floatBitsToUint(given(0).x))"
@@ -172,7 +172,7 @@ TEST_F(ShaderTwinsGl, deformedPositionsAndNormals)
     Deviation positions;
     Deviation normals;
     for (unsigned k = 0; k < trials(10); ++k) {
-        Random random(k);
+        TwinRandom random(k);
         bindDeformation(asset, random);
         prepare({"tesslod_deformation.glsl"}, "TESSLOD_DEFORMATION",
                 "bool mirrors; int patchId = int(given(0).w);"
@@ -209,7 +209,7 @@ TEST_F(ShaderTwinsGl, needs)
     Deviation errors;
     Worst levels;
     for (unsigned k = 0; k < trials(40); ++k) {
-        Random random(k);
+        TwinRandom random(k);
         bindNeeds(random, 7);
         bindView(random);
         prepare({"tesslod_need.glsl"}, "TESSLOD_SELECTION",
@@ -301,7 +301,7 @@ TEST_F(ShaderTwinsGl, lightsAndFog)
     Deviation lit;
     Deviation fogged;
     for (unsigned k = 0; k < trials(20); ++k) {
-        Random random(k);
+        TwinRandom random(k);
         const glsl::gl_MaterialParameters material = bindLights(random);
         prepare({"tesslod_shadow.glsl", "tesslod_lighting.glsl"}, "TESSLOD_NOTHING",
                 "result = gl_VertexID % 2 == 0 ? tessLodLitColor(given(0).xyz, given(1).xyz, gl_FrontMaterial)"

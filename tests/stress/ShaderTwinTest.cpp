@@ -74,7 +74,7 @@ void bind(const LodAsset& asset, const MorphedSurface& surface)
 }
 
 /// At any scale, and as far from the origin as a lattice of 32 bits goes.
-LodAsset placedAnywhere(LodAsset asset, Random& random)
+LodAsset placedAnywhere(LodAsset asset, TwinRandom& random)
 {
     asset.lattice.step = static_cast<float>(random.magnitude(1e-15, 1e7));
     for (std::size_t k = 0; k < 3; ++k) {
@@ -93,7 +93,7 @@ TEST(ShaderTwins, SurfacesHaveTheTwinsBits)
     const std::array<LodAsset, 2> assets{withAttributes(makeSyntheticDisplacedAsset(16, false)),
                                          withAttributes(makeSyntheticMixedAsset(16))};
     for (unsigned k = 0; k < trials(40); ++k) {
-        Random random(k);
+        TwinRandom random(k);
         const LodAsset asset = placedAnywhere(assets[k % assets.size()], random);
         const MorphedSurface surface(asset);
         bind(asset, surface);
@@ -132,7 +132,7 @@ TEST(ShaderTwins, DeformationsHaveTheTwinsBits)
     const osg::ref_ptr<GpuAsset> asset = new GpuAsset(std::make_shared<const LodAsset>(makeSyntheticAsset(2, false)));
     const LodAsset& content = asset->asset();
     for (unsigned k = 0; k < trials(200); ++k) {
-        Random random(k);
+        TwinRandom random(k);
         const std::vector<osg::Matrixd> transforms = bindDeformation(content, random);
         const osg::ref_ptr<ControlMeshDeformation> pose = new ControlMeshDeformation(asset.get(), transforms);
         for (std::uint32_t patch = 0; patch < content.patches.size(); ++patch) {
@@ -158,7 +158,7 @@ TEST(ShaderTwins, PlacementsHaveTheTwinsBits)
     Deviation deviation;
     osg::BoundingBox box(-1.0F, -1.0F, -1.0F, 1.0F, 1.0F, 1.0F);
     for (unsigned k = 0; k < trials(500); ++k) {
-        Random random(k);
+        TwinRandom random(k);
         const osg::Matrixd matrix = randomAffine(random, 1.0);
         const osg::ref_ptr<Placements> placements = new Placements({matrix}, box);
         glsl::tessLodPlacements.texels.clear();
@@ -178,7 +178,7 @@ TEST(ShaderTwins, NormalsDecodeFromAnyBits)
 {
     Deviation decoded;
     Deviation interpolated;
-    Random random(1);
+    TwinRandom random(1);
     for (unsigned k = 0; k < trials(20000); ++k) {
         const vec3 n = glsl::tessLodOctahedralNormal(random.bits());
         ASSERT_NEAR(glsl::dot(n, n).exact(), 1.0, 1e-6);
@@ -206,7 +206,7 @@ TEST(ShaderTwins, NeedsAreThoseOfDoublePrecision)
     Worst levels;
     unsigned between = 0;
     for (unsigned k = 0; k < trials(5000); ++k) {
-        Random random(k);
+        TwinRandom random(k);
         bindNeeds(random, 7);
         const vec4 sphere = bindView(random);
         const TessLodSight sight = tessLodSee(sphere);
@@ -231,7 +231,7 @@ TEST(ShaderTwins, LightsAndFogOfAnyKind)
     Deviation lit;
     Deviation fogged;
     for (unsigned k = 0; k < trials(2000); ++k) {
-        Random random(k);
+        TwinRandom random(k);
         const gl_MaterialParameters material = bindLights(random);
         const vec3 position = random.point(10.0);
         lit.add(tessLodLitColor(position, random.unit(), material));

@@ -28,7 +28,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 /// Vectors of lengths that differ by up to 10¹², along three directions that may nearly be one or two; some twice, some opposite,
 /// some 0.
-std::vector<Vector3d> nearlyDependentVectors(Random& random)
+std::vector<Vector3d> nearlyDependentVectors(SourceRandom& random)
 {
     const Vector3d a = random.direction();
     const Vector3d b = (a + random.magnitude(1e-15, 1.0) * random.direction()).normalized();
@@ -63,7 +63,7 @@ TEST(SolverStress, QuadraticsAreBoundsOfNearlyDependentVectors)
     Worst worst;
     Worst largest;
     for (unsigned k = 0; k < trials(300); ++k) {
-        Random random(k);
+        SourceRandom random(k);
         const std::vector<Vector3d> vectors = nearlyDependentVectors(random);
         double longest = 0.0;
         for (const Vector3d& v : vectors) { longest = std::max(longest, v.norm()); }
@@ -98,7 +98,7 @@ TEST(SolverStress, SemidefiniteFitsOfNearlySingularHessians)
     Worst worst;
     unsigned givenUp = 0;
     for (unsigned k = 0; k < trials(300); ++k) {
-        Random random(k);
+        SourceRandom random(k);
         // Eigenvalues from 1 down to 10⁻¹²; those of fitQuadratic, with its least weights, are above 10⁻⁶.
         Matrix6d basis = Matrix6d::NullaryExpr([&] { return random.between(-1.0, 1.0); });
         const Matrix6d q = Eigen::HouseholderQR<Matrix6d>(basis).householderQ();
@@ -125,7 +125,7 @@ TEST(SolverStress, SemidefiniteFitsOfNearlySingularHessians)
 }
 
 /// A mesh over a small topology, its places distorted: pressed flat, drawn to a line or a point, some moved by themselves.
-StripMesh degenerateMesh(const PatchTopology& topology, Random& random)
+StripMesh degenerateMesh(const PatchTopology& topology, SourceRandom& random)
 {
     StripMesh mesh(topology, 8);
     const BumpyMap map(topology, random.magnitude(1e-9, 0.3));
@@ -161,7 +161,7 @@ TEST(SolverStress, VerticesArePlacedInDegenerateStars)
     std::size_t placed = 0;
     Worst away;
     for (unsigned k = 0; k < trials(40); ++k) {
-        Random random(k);
+        SourceRandom random(k);
         const auto& [name, topology] = topologies[k % topologies.size()];
         SCOPED_TRACE(name + ", trial " + std::to_string(k));
         const StripMesh mesh = degenerateMesh(topology, random);
@@ -195,7 +195,7 @@ TEST(SolverStress, RefitsOfDegenerateChartsAreNoWorse)
 {
     const auto topologies = smallTopologies();
     for (unsigned k = 0; k < trials(12); ++k) {
-        Random random(k);
+        SourceRandom random(k);
         const auto& [name, topology] = topologies[k % topologies.size()];
         SCOPED_TRACE(name + ", trial " + std::to_string(k));
         const BumpyMap map(topology, random.magnitude(1e-12, 0.3));
