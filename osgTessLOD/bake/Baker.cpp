@@ -179,16 +179,22 @@ unsigned finestFactorFor(const PatchMap& mesh)
     return factor;
 }
 
-constexpr std::size_t kMorePatches = 4;
-
 /// Has a mesh so many parts for its size (legs, horns, holes) that as few patches as its triangles ask for cannot be bisected
-/// into near ones?
-bool wantsMorePatches(const RefinedPatches& patches, const BakeOptions& options)
+/// into near ones? How many to begin with instead: twice or, if it is far off, four times as many, or, where a small mesh is far
+/// off even so, all of its triangles; 0: it is near.
+std::size_t morePatchesFor(const RefinedPatches& patches, const BakeOptions& options)
 {
     constexpr double kStillNear = 1.4; // tolerances
+    constexpr double kFarOff = 8.0;    // tolerances
     constexpr std::size_t kFewestTriangles = 8; // per patch
-    return options.controlMesh.patches == 0 && patches.roughest() > kStillNear * options.patchTolerance &&
-           kMorePatches * kFewestTriangles * patches.base().topology().patches.size() <= patches.sourceTriangles();
+    constexpr std::size_t kSmallMesh = 4096;    // triangles
+    const double roughest = patches.roughest() / options.patchTolerance;
+    if (options.controlMesh.patches != 0 || !(roughest > kStillNear)) { return 0; }
+    const std::size_t present = patches.base().topology().patches.size();
+    const std::size_t triangles = patches.sourceTriangles();
+    const std::size_t more = (roughest > kFarOff ? 4 : 2) * present;
+    if (kFewestTriangles * more <= triangles) { return more; }
+    return roughest > kFarOff && triangles <= kSmallMesh && present < triangles ? triangles : 0;
 }
 
 /// `mesh` is clean.
@@ -203,9 +209,9 @@ MappedSource makeMeshPatches(SourceMesh mesh, const BakeOptions& options, Progre
     auto patches = timed(report, "refine patches", [&] {
         return std::make_unique<RefinedPatches>(std::move(controlMesh), finest, options.patchTolerance, progress);
     });
-    while (wantsMorePatches(*patches, options)) {
+    while (const std::size_t wanted = morePatchesFor(*patches, options)) {
         ControlMeshOptions more = options.controlMesh;
-        more.patches = kMorePatches * patches->base().topology().patches.size();
+        more.patches = wanted;
         controlMesh = timed(report, "control mesh", [&] {
             return std::make_unique<ControlMesh>(patches->base().source(), more, progress);
         });
