@@ -11,8 +11,8 @@ GpuBytes gpuBytes(const LodAsset& asset)
 {
     const osg::ref_ptr<AssetPages> pages = new AssetPages(asset, std::numeric_limits<std::int32_t>::max());
     GpuBytes bytes;
-    for (const AssetPage& page : pages->pages()) {
-        for (const TexelBuffer& buffer : page.buffers) {
+    for (std::size_t k = 0; k < pages->size(); ++k) {
+        for (const TexelBuffer& buffer : pages->make(k, pages->whole())->buffers) {
             std::uint64_t& sum = buffer.unit == AssetPages::kNormalsUnit      ? bytes.normals
                                  : buffer.unit == AssetPages::kParametersUnit ? bytes.parameters
                                  : buffer.unit == AssetPages::kUvsUnit || buffer.unit == AssetPages::kColorsUnit

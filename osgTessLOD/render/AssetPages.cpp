@@ -3,6 +3,7 @@
 
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/GlConstants.h>
+#include <osgTessLOD/render/VideoMemory.h>
 
 #include <osg/Uniform>
 
@@ -62,10 +63,12 @@ std::array<osg::Vec3d, 2> weightGradients(const LodAsset& asset, const LodPatch&
     return {(b ^ normal) / squared, (normal ^ a) / squared};
 }
 
-/// Makes the pages of one asset.
-class PageMaker {
+} // namespace
+
+/// Where what is in an asset's pages.
+class AssetPages::Layout {
 public:
-    PageMaker(const LodAsset& asset, std::int64_t maxTexels)
+    Layout(const LodAsset& asset, std::int64_t maxTexels)
         : _asset(asset)
         , _maxTexels(maxTexels)
         , _normalLevels(normalLevelCount(asset.normals, maxTexels))
@@ -79,9 +82,6 @@ public:
                 before.push_back(before.back() + (patch.finestLevel >= level ? 1 : 0));
             }
         }
-        for (std::size_t level = 0; level < _normalLevels; ++level) {
-            _normalTexels += NormalTexture::texelCount(1U << level);
-        }
     }
 
     /// The first patch that has no place on a page that begins with `first`.
@@ -93,22 +93,62 @@ public:
         std::uint32_t end = first;
         for (; end < _asset.patches.size(); ++end) {
             for (std::size_t level = 0; level <= _asset.patches[end].finestLevel; ++level) {
-                vertices += _vertexCounts[level];
+                vertices += static_cast<std::int64_t>(_vertexCounts[level]);
             }
-            rows += static_cast<std::int64_t>(rowSize());
-            normals += _normalTexels;
+            rows += static_cast<std::int64_t>(rowSize(_asset.levels.size()));
+            normals += static_cast<std::int64_t>(normalTexels(_normalLevels));
             if (end > first && std::max({vertices, rows, normals}) > _maxTexels) { break; }
         }
         return end;
     }
 
-    AssetPage page(std::uint32_t first, std::uint32_t end)
+    PageDetail whole() const
     {
-        _page = AssetPage{first, end - first, {}, new osg::StateSet};
+        return {static_cast<unsigned>(_asset.levels.size()), static_cast<unsigned>(_normalLevels)};
+    }
+
+    std::size_t vertexCount(std::size_t level) const { return _vertexCounts[level]; }
+    /// Patches that come before and reach the level.
+    std::size_t slotsBefore(std::size_t level, std::uint32_t patch) const { return _slotsBefore[level][patch]; }
+    /// Of the level, of the patches from `first` on and before `end`.
+    std::size_t verticesOf(std::size_t level, std::uint32_t first, std::uint32_t end) const
+    {
+        return (slotsBefore(level, end) - slotsBefore(level, first)) * _vertexCounts[level];
+    }
+    /// Numbers per patch in the patch table.
+    static std::size_t rowSize(std::size_t levels) { return 3 + levels; }
+    /// Of one patch at so many resolutions.
+    static std::uint64_t normalTexels(std::size_t resolutions)
+    {
+        std::uint64_t texels = 0;
+        for (std::size_t k = 0; k < resolutions; ++k) { texels += NormalTexture::texelCount(1U << k); }
+        return texels;
+    }
+
+private:
+    const LodAsset& _asset;
+    std::int64_t _maxTexels;
+    std::size_t _normalLevels;
+    std::vector<std::size_t> _vertexCounts;             ///< of one patch, per level
+    std::vector<std::vector<std::size_t>> _slotsBefore; ///< per level and patch
+};
+
+/// Makes pages.
+class AssetPages::Maker {
+public:
+    Maker(const LodAsset& asset, const Layout& layout)
+        : _asset(asset)
+        , _layout(layout)
+    {
+    }
+
+    AssetPage page(std::uint32_t first, std::uint32_t end, const PageDetail& detail)
+    {
+        _page = AssetPage{first, end - first, detail, {}, new osg::StateSet};
         addUniforms();
         addPatchTable();
         const osg::ref_ptr<osg::UIntArray> words = new osg::UIntArray;
-        for (std::size_t level = 0; level < _asset.levels.size(); ++level) {
+        for (std::size_t level = 0; level < detail.levels; ++level) {
             forVertices(level, [&](std::size_t v) {
                 const std::uint64_t bits = _asset.levels[level].vertices[v].bits;
                 words->push_back(static_cast<GLuint>(bits & 0xFFFFFFFFU));
@@ -116,7 +156,7 @@ public:
             });
         }
         addBuffer(words.get(), GL_RG32UI, 2, AssetPages::kVerticesUnit, "tessLodVertices");
-        if (_normalLevels > 0) {
+        if (detail.normals > 0) {
             addNormals();
             addParameters();
         }
@@ -125,30 +165,26 @@ public:
         return std::move(_page);
     }
 
-    AssetPage deformedPage(const AssetPage& page)
+    AssetPage deformedPage(std::uint32_t first, std::uint32_t end)
     {
-        _page = AssetPage{page.firstPatch, page.patchCount, {}, new osg::StateSet};
+        _page = AssetPage{first, end - first, _layout.whole(), {}, new osg::StateSet};
         addDeformedPatches();
-        if (_normalLevels == 0) { addParameters(); }
+        if (_page.detail.normals == 0) { addParameters(); }
         return std::move(_page);
     }
 
 private:
-    std::size_t rowSize() const { return 3 + _asset.levels.size(); }
     std::uint32_t end() const { return _page.firstPatch + _page.patchCount; }
 
     /// Calls visit(index in the level's vertices) for all of the page.
     template <class Visit> void forVertices(std::size_t level, const Visit& visit) const
     {
-        const std::size_t count = _vertexCounts[level];
-        const std::size_t last = _slotsBefore[level][end()] * count;
-        for (std::size_t v = _slotsBefore[level][_page.firstPatch] * count; v < last; ++v) { visit(v); }
+        const std::size_t count = _layout.vertexCount(level);
+        const std::size_t last = _layout.slotsBefore(level, end()) * count;
+        for (std::size_t v = _layout.slotsBefore(level, _page.firstPatch) * count; v < last; ++v) { visit(v); }
     }
 
-    std::size_t verticesOf(std::size_t level) const
-    {
-        return (_slotsBefore[level][end()] - _slotsBefore[level][_page.firstPatch]) * _vertexCounts[level];
-    }
+    std::size_t verticesOf(std::size_t level) const { return _layout.verticesOf(level, _page.firstPatch, end()); }
 
     void addBuffer(osg::Array* array, GLenum format, std::size_t numbersPerTexel, unsigned unit, const char* sampler)
     {
@@ -157,14 +193,16 @@ private:
 
     /// A word of each vertex of those levels that have any, one level after the other. Shifts: what to take off a vertex's
     /// index for that of its word; −1 for levels without; null where all levels have words or none. Nothing is added where no
-    /// level has words.
+    /// level of the asset has words; where none of the page's has, the shaders are told of words all the same: they are the same ones.
     void addVertexWords(std::vector<std::uint32_t> LodLevel::*wordsOfLevel, unsigned unit, const char* define,
                         const char* sampler, const char* shiftUniform = nullptr)
     {
         const osg::ref_ptr<osg::UIntArray> words = new osg::UIntArray;
         std::vector<std::int32_t> shifts;
         std::size_t without = 0; // vertices before the level that have no words
-        for (std::size_t level = 0; level < _asset.levels.size(); ++level) {
+        const auto hasWords = [&](const LodLevel& level) { return !(level.*wordsOfLevel).empty(); };
+        if (std::none_of(_asset.levels.begin(), _asset.levels.end(), hasWords)) { return; }
+        for (std::size_t level = 0; level < _page.detail.levels; ++level) {
             const std::vector<std::uint32_t>& all = _asset.levels[level].*wordsOfLevel;
             shifts.push_back(all.empty() ? -1 : static_cast<std::int32_t>(without));
             if (all.empty()) {
@@ -173,7 +211,7 @@ private:
                 forVertices(level, [&](std::size_t v) { words->push_back(all[v]); });
             }
         }
-        if (words->empty()) { return; }
+        if (words->empty()) { words->push_back(0); }
         addBuffer(words.get(), GL_R32UI, 1, unit, sampler);
         _page.state->setDefine(define);
         if (shiftUniform != nullptr) { _page.state->addUniform(levelUniform(shiftUniform, shifts, -1).get()); }
@@ -211,7 +249,7 @@ private:
         osg::StateSet& state = *_page.state;
         state.addUniform(new osg::Uniform("tessLodFirstPatch", static_cast<int>(_page.firstPatch)));
         state.addUniform(new osg::Uniform("tessLodStep", _asset.lattice.step));
-        state.addUniform(new osg::Uniform("tessLodLevelCount", static_cast<int>(_asset.levels.size())));
+        state.addUniform(new osg::Uniform("tessLodLevelCount", static_cast<int>(_page.detail.levels)));
         state.addUniform(levelUniform("tessLodFactors", _asset.ladder, 1).get());
         if (!_asset.hasUvs()) { return; }
         const auto& [origin, step] = _asset.uvLattice;
@@ -228,10 +266,10 @@ private:
             std::size_t ofLevel = 0;
             const LodPatch& patch = _asset.patches[p];
             table->insert(table->end(), patch.latticeOrigin.begin(), patch.latticeOrigin.end());
-            for (std::size_t level = 0; level < _asset.levels.size(); ++level) {
-                const std::size_t slot = _slotsBefore[level][p] - _slotsBefore[level][_page.firstPatch];
+            for (std::size_t level = 0; level < _page.detail.levels; ++level) {
+                const std::size_t slot = _layout.slotsBefore(level, p) - _layout.slotsBefore(level, _page.firstPatch);
                 const bool reaches = patch.finestLevel >= level;
-                table->push_back(reaches ? static_cast<GLint>(ofLevel + slot * _vertexCounts[level]) : -1);
+                table->push_back(reaches ? static_cast<GLint>(ofLevel + slot * _layout.vertexCount(level)) : -1);
                 ofLevel += verticesOf(level);
             }
         }
@@ -241,7 +279,7 @@ private:
     void addNormals()
     {
         const osg::ref_ptr<osg::UIntArray> words = new osg::UIntArray;
-        for (std::size_t level = 0; level < _normalLevels; ++level) {
+        for (std::size_t level = 0; level < _page.detail.normals; ++level) {
             const auto& texels = _asset.normals.levels[level];
             const auto count = static_cast<std::ptrdiff_t>(NormalTexture::texelCount(1U << level));
             words->insert(words->end(), texels.begin() + _page.firstPatch * count, texels.begin() + end() * count);
@@ -250,47 +288,121 @@ private:
         osg::StateSet& state = *_page.state;
         state.setDefine("TESSLOD_NORMALS");
         state.addUniform(new osg::Uniform("tessLodPatchCount", static_cast<int>(_page.patchCount)));
-        state.addUniform(new osg::Uniform("tessLodNormalLevelCount", static_cast<int>(_normalLevels)));
+        state.addUniform(new osg::Uniform("tessLodNormalLevelCount", static_cast<int>(_page.detail.normals)));
     }
 
     const LodAsset& _asset;
-    std::int64_t _maxTexels;
-    std::size_t _normalLevels;
-    std::int64_t _normalTexels = 0;                     ///< of one patch
-    std::vector<std::size_t> _vertexCounts;             ///< of one patch, per level
-    std::vector<std::vector<std::size_t>> _slotsBefore; ///< per level and patch: earlier patches that reach the level
-    AssetPage _page;                                    ///< being made
+    const Layout& _layout;
+    AssetPage _page; ///< being made
 };
 
-} // namespace
+std::uint64_t AssetPage::bytes() const
+{
+    std::uint64_t sum = 0;
+    for (const TexelBuffer& buffer : buffers) { sum += buffer.data->getTotalDataSize(); }
+    return sum;
+}
+
+void AssetPage::releaseGLObjects(osg::State* of) const
+{
+    state->releaseGLObjects(of);
+    for (const TexelBuffer& buffer : buffers) { buffer.releaseGLObjects(of); }
+}
+
+void AssetPage::resizeGLObjectBuffers(unsigned maxSize) const
+{
+    state->resizeGLObjectBuffers(maxSize);
+    for (const TexelBuffer& buffer : buffers) { buffer.resizeGLObjectBuffers(maxSize); }
+}
 
 AssetPages::AssetPages(const LodAsset& asset, std::int64_t maxTexels)
     : _asset(asset)
-    , _maxTexels(maxTexels)
+    , _layout(std::make_unique<const Layout>(asset, maxTexels))
 {
-    PageMaker maker(asset, maxTexels);
     for (std::uint32_t first = 0; first < asset.patches.size();) {
-        const std::uint32_t end = maker.endOfPage(first);
-        _pages.push_back(maker.page(first, end));
+        const std::uint32_t end = _layout->endOfPage(first);
+        _ranges.push_back(range(first, end));
         first = end;
     }
+    VideoMemory::shared().add(*this);
 }
 
-AssetPages::~AssetPages() = default;
+AssetPages::~AssetPages()
+{
+    VideoMemory::shared().remove(*this);
+}
+
+PageDetail AssetPages::whole() const
+{
+    return _layout->whole();
+}
+
+/// Of the patches from `first` on, before `end`.
+AssetPages::Range AssetPages::range(std::uint32_t first, std::uint32_t end) const
+{
+    Range range{first, end - first, {}, {}};
+    const PageDetail whole = _layout->whole();
+    unsigned levels = 1;
+    while (levels < whole.levels && _asset.ladder[levels] <= kLeastFactor) { ++levels; }
+    for (std::uint32_t p = first; p < end; ++p) {
+        const LodPatch& patch = _asset.patches[p];
+        const osg::Vec3f center(patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2]);
+        range.extent.sphere.expandBy(osg::BoundingSphere(center, patch.boundRadius));
+        range.extent.patchRadius = std::max(range.extent.patchRadius, double{patch.boundRadius});
+        for (const std::uint32_t edge : patch.edges) {
+            levels = std::max<unsigned>(levels, _asset.edges[edge].coarsestLevel + 1U);
+        }
+    }
+    constexpr unsigned kLeastNormals = 5; // resolutions 1, 2, 4 … 2 · kLeastFactor
+    range.least = {levels, std::min(whole.normals, kLeastNormals)};
+    return range;
+}
+
+std::shared_ptr<const AssetPage> AssetPages::make(std::size_t page, const PageDetail& detail) const
+{
+    const auto& [first, count, extent, least] = _ranges[page];
+    return std::make_shared<const AssetPage>(Maker(_asset, *_layout).page(first, first + count, detail));
+}
+
+std::uint64_t AssetPages::bytes(std::size_t page, const PageDetail& detail) const
+{
+    const auto& [first, count, extent, least] = _ranges[page];
+    constexpr std::uint64_t kWord = 4;
+    std::uint64_t bytes = kWord * count * (Layout::rowSize(detail.levels) + Layout::normalTexels(detail.normals));
+    for (std::size_t level = 0; level < detail.levels; ++level) {
+        const LodLevel& of = _asset.levels[level];
+        const std::uint64_t words = (of.uvs.empty() ? 0 : 1) + (of.colors.empty() ? 0 : 1) +
+                                    (of.parameters.empty() || detail.normals == 0 ? 0 : 1);
+        bytes += (sizeof(LodVertex) + words * kWord) * _layout->verticesOf(level, first, first + count);
+    }
+    return bytes;
+}
 
 std::size_t AssetPages::pageOf(std::uint32_t patch) const
 {
-    const auto after = std::upper_bound(_pages.begin(), _pages.end(), patch,
-                                        [](std::uint32_t p, const AssetPage& page) { return p < page.firstPatch; });
-    return static_cast<std::size_t>(after - _pages.begin()) - 1;
+    const auto after = std::upper_bound(_ranges.begin(), _ranges.end(), patch,
+                                        [](std::uint32_t p, const Range& range) { return p < range.firstPatch; });
+    return static_cast<std::size_t>(after - _ranges.begin()) - 1;
+}
+
+AssetPages::Resident AssetPages::acquire(const osg::State& state, const std::vector<PageDetail>& needed) const
+{
+    return VideoMemory::shared().acquire(*this, state, needed);
+}
+
+AssetPages::Resident AssetPages::resident() const
+{
+    return VideoMemory::shared().resident(*this);
 }
 
 const std::vector<AssetPage>& AssetPages::deformedPages() const
 {
     const std::lock_guard<std::mutex> lock(_mutex);
     if (_deformedPages.empty()) {
-        PageMaker maker(_asset, _maxTexels);
-        for (const AssetPage& page : _pages) { _deformedPages.push_back(maker.deformedPage(page)); }
+        Maker maker(_asset, *_layout);
+        for (const Range& range : _ranges) {
+            _deformedPages.push_back(maker.deformedPage(range.firstPatch, range.firstPatch + range.patchCount));
+        }
     }
     return _deformedPages;
 }
@@ -298,30 +410,24 @@ const std::vector<AssetPage>& AssetPages::deformedPages() const
 /// Calls visit(page) for all that there are.
 template <typename Visit> void AssetPages::forEachMade(const Visit& visit) const
 {
-    for (const AssetPage& page : _pages) { visit(page); }
+    for (const auto& page : resident()) { visit(*page); }
     const std::lock_guard<std::mutex> lock(_mutex);
     for (const AssetPage& page : _deformedPages) { visit(page); }
 }
 
 void AssetPages::compileGLObjects(osg::State& state) const
 {
-    for (const AssetPage& page : _pages) { page.state->compileGLObjects(state); }
+    for (const auto& page : resident()) { page->state->compileGLObjects(state); }
 }
 
 void AssetPages::releaseGLObjects(osg::State* state) const
 {
-    forEachMade([state](const AssetPage& page) {
-        page.state->releaseGLObjects(state);
-        for (const TexelBuffer& buffer : page.buffers) { buffer.releaseGLObjects(state); }
-    });
+    forEachMade([state](const AssetPage& page) { page.releaseGLObjects(state); });
 }
 
 void AssetPages::resizeGLObjectBuffers(unsigned maxSize)
 {
-    forEachMade([maxSize](const AssetPage& page) {
-        page.state->resizeGLObjectBuffers(maxSize);
-        for (const TexelBuffer& buffer : page.buffers) { buffer.resizeGLObjectBuffers(maxSize); }
-    });
+    forEachMade([maxSize](const AssetPage& page) { page.resizeGLObjectBuffers(maxSize); });
 }
 
 } // namespace osgTessLOD

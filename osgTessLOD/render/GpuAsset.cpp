@@ -66,13 +66,15 @@ const AssetPages* GpuAsset::pagesFor(osg::State& state) const
 
 const ShaderSelection* GpuAsset::shaderSelectionFor(osg::State& state) const
 {
-    const AssetPages* pages = pagesFor(state);
+    if (pagesFor(state) == nullptr) { return nullptr; }
+    const std::int64_t maxTexels = DrawContext::of(state).maxTextureBufferTexels();
     const PatchBlocks& blocks = _selector.blocks();
-    if (pages == nullptr || pages->pages().size() != 1) { return nullptr; }
-    if (ShaderSelection::texelCount(blocks) > DrawContext::of(state).maxTextureBufferTexels()) { return nullptr; }
+    if (ShaderSelection::texelCount(blocks) > maxTexels) { return nullptr; }
+    const AssetPages& pages = pagesWithin(std::min(maxTexels, kSelectedPageTexels));
+    if (pages.size() != 1) { return nullptr; }
     if (chooseBackend(state, *this, Backend::Tessellation) != Backend::Tessellation) { return nullptr; }
     const std::lock_guard<std::mutex> lock(_pagesMutex);
-    if (!_shaderSelection.valid()) { _shaderSelection = new ShaderSelection(blocks); }
+    if (!_shaderSelection.valid()) { _shaderSelection = new ShaderSelection(blocks, pages); }
     return _shaderSelection.get();
 }
 
@@ -91,9 +93,10 @@ osg::ref_ptr<SurfaceProxy> GpuAsset::proxy(const PickingOptions& options) const
 void GpuAsset::compileGLObjects(osg::State& state, const std::vector<const osg::StateSet*>& more) const
 {
     const AssetPages* pages = pagesFor(state);
-    if (pages == nullptr || pages->pages().empty()) { return; }
+    if (pages == nullptr || pages->size() == 0) { return; }
     pages->compileGLObjects(state);
-    state.pushStateSet(pages->pages().front().state.get()); // its defines choose the variants of programs
+    const std::shared_ptr<const AssetPage> first = pages->resident().front();
+    state.pushStateSet(first->state.get()); // its defines choose the variants of programs
     for (const osg::StateSet* set : more) {
         set->compileGLObjects(state);
         state.pushStateSet(set);

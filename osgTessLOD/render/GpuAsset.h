@@ -30,8 +30,10 @@ class ShaderSelection;
 /// context first needs them.
 class OSGTESSLOD_EXPORT GpuAsset : public osg::Referenced {
 public:
-    /// Most texels of a page's buffer where the context allows as many, which all but the smallest do.
-    static constexpr std::int64_t kPageTexels = std::int64_t{1} << 27;
+    /// Most texels of a page's buffer: 8 MiB of vertices, 366 patches of factor 64.
+    static constexpr std::int64_t kPageTexels = std::int64_t{1} << 20;
+    /// The same where the control shader selects, which sees one page.
+    static constexpr std::int64_t kSelectedPageTexels = std::int64_t{1} << 27;
 
     /// The asset must be valid; not null.
     explicit GpuAsset(std::shared_ptr<const LodAsset> asset);

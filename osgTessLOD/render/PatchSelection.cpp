@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -157,18 +158,100 @@ std::vector<const osg::StateSet*> PatchSelection::moreStates(osg::State& state) 
     return {};
 }
 
-/// Calls draw(records) for the records of each page, with the page's state and the program's applied.
+/// How much of each page the records need.
+std::vector<PageDetail> PatchSelection::neededDetail(const AssetPages& pages) const
+{
+    std::vector<PageDetail> needed(pages.size());
+    std::size_t page = 0;
+    for (const PatchRecord& record : _records) {
+        if (pages.size() > 1) { page = pages.pageOf(record.patch); }
+        needed[page].levels = std::max(needed[page].levels, MorphedSurface::drawnLevel(record.edgeLevels) + 1U);
+    }
+    for (page = 0; page < needed.size(); ++page) {
+        if (needed[page].levels > 0) { needed[page].normals = neededNormals(pages, page); }
+    }
+    return needed;
+}
+
+/// Resolutions of normals that a page's patches may be looked up in, all where it is not known how large they are on screen.
+unsigned PatchSelection::neededNormals(const AssetPages& pages, std::size_t page) const
+{
+    const unsigned all = pages.whole().normals;
+    if (_placements.set.valid() || _deformation.valid() || !(_view.pixelScale > 0.0)) { return all; }
+    constexpr double kStretch = 4.0; // how much denser than on average its points may be somewhere on a patch
+    const AssetPages::Extent& extent = pages.extent(page);
+    double pixels = _view.pixelScale * 2.0 * extent.patchRadius * kStretch;
+    if (!_view.orthographic) {
+        const double distance = (_view.eye - osg::Vec3d(extent.sphere.center())).length() - extent.sphere.radius();
+        pixels /= _view.leastCosine * _view.leastCosine * distance;
+        if (!(distance > 0.0)) { return all; }
+    }
+    unsigned resolutions = std::min(1U, all);
+    while (resolutions < all && std::exp2(resolutions - 1) < pixels) { ++resolutions; }
+    return resolutions;
+}
+
+/// With levels as far as the pages have them: those of a border as far as both its patches' have.
+osg::ref_ptr<const PatchSelection> PatchSelection::within(const AssetPages& pages,
+                                                          const AssetPages::Resident& resident) const
+{
+    const LodAsset& asset = _asset->asset();
+    std::vector<PatchRecord> records = _records.vector();
+    std::vector<std::vector<std::size_t>> byLevel(asset.levels.size());
+    for (std::size_t k = 0; k < records.size(); ++k) {
+        PatchRecord& record = records[k];
+        for (std::size_t side = 0; side < 3; ++side) {
+            float& level = record.edgeLevels[side];
+            for (const std::uint32_t patch : asset.edges[asset.patches[record.patch].edges[side]].patches) {
+                if (patch == kNoPatch) { continue; }
+                level = std::min(level, static_cast<float>(resident[pages.pageOf(patch)]->detail.levels - 1));
+            }
+        }
+        byLevel[MorphedSurface::drawnLevel(record.edgeLevels)].push_back(k);
+    }
+    std::vector<PatchRecord> grouped;
+    RecordPlacements placements{_placements.set, {}};
+    for (const std::vector<std::size_t>& level : byLevel) {
+        for (const std::size_t k : level) {
+            grouped.push_back(records[k]);
+            if (_placements.set.valid()) { placements.numbers.push_back(_placements.numbers[k]); }
+        }
+    }
+    return new PatchSelection(_asset.get(), PatchRecords(std::move(grouped)), _statistics, _view, _backend,
+                              std::move(placements), _deformation);
+}
+
+/// Calls draw(records) for the records of each page, with the page's state and the program's applied; records of coarser levels
+/// where the pages do not have those of the selection.
 template <typename Draw>
 void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, const Draw& draw) const
 {
+    if (const ShaderSelection* selection = shaderSelectionFor(state)) {
+        forEachPage(state, program, selection->pages(), {selection->page()}, draw);
+        return;
+    }
     const AssetPages& pages = *_asset->pagesFor(state);
+    const std::vector<PageDetail> needed = neededDetail(pages);
+    const AssetPages::Resident resident = pages.acquire(state, needed);
+    bool isEnough = true;
+    for (std::size_t page = 0; page < needed.size(); ++page) {
+        isEnough = isEnough && resident[page]->detail.levels >= needed[page].levels;
+    }
+    const osg::ref_ptr<const PatchSelection> drawn = isEnough ? osg::ref_ptr<const PatchSelection>(this) : within(pages, resident);
+    drawn->forEachPage(state, program, pages, resident, draw);
+}
+
+template <typename Draw>
+void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, const AssetPages& pages,
+                                 const AssetPages::Resident& resident, const Draw& draw) const
+{
     struct Page {
         std::vector<PatchRecord> records;
         std::vector<std::uint32_t> placements;
     };
     std::vector<Page> byPage;
-    if (pages.pages().size() > 1) {
-        byPage.resize(pages.pages().size());
+    if (pages.size() > 1) {
+        byPage.resize(pages.size());
         for (std::size_t k = 0; k < _records.size(); ++k) {
             Page& page = byPage[pages.pageOf(_records[k].patch)];
             page.records.push_back(_records[k]);
@@ -178,12 +261,12 @@ void PatchSelection::forEachPage(osg::State& state, osg::StateSet& program, cons
     const std::vector<const osg::StateSet*> more = moreStates(state);
     state.pushStateSet(&program);
     for (const osg::StateSet* set : more) { state.pushStateSet(set); }
-    for (std::size_t page = 0; page < pages.pages().size(); ++page) {
+    for (std::size_t page = 0; page < pages.size(); ++page) {
         const DrawnRecords records = byPage.empty()
                                          ? DrawnRecords{_records, _placements.numbers}
                                          : DrawnRecords{std::move(byPage[page].records), byPage[page].placements};
         if (records.records.empty()) { continue; }
-        state.pushStateSet(pages.pages()[page].state.get());
+        state.pushStateSet(resident[page]->state.get());
         if (_deformation.valid()) { state.pushStateSet(pages.deformedPages()[page].state.get()); }
         state.apply();
         if (isApplied(state, program)) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
+#include <osgTessLOD/render/AssetPages.h>
 #include <osgTessLOD/render/ControlMeshDeformation.h>
 #include <osgTessLOD/render/PatchRecords.h>
 #include <osgTessLOD/render/Placements.h>
@@ -85,6 +86,12 @@ private:
     osg::ref_ptr<const PatchSelection> asDrawnIn(osg::State& state) const;
     std::vector<const osg::StateSet*> moreStates(osg::State& state) const;
     std::unique_ptr<PatchDraw> makeDraw(Backend backend, osg::State& state, const DrawnRecords& records) const;
+    std::vector<PageDetail> neededDetail(const AssetPages& pages) const;
+    unsigned neededNormals(const AssetPages& pages, std::size_t page) const;
+    osg::ref_ptr<const PatchSelection> within(const AssetPages& pages, const AssetPages::Resident& resident) const;
+    template <typename Draw>
+    void forEachPage(osg::State& state, osg::StateSet& program, const AssetPages& pages,
+                     const AssetPages::Resident& resident, const Draw& draw) const;
     template <typename Draw> void forEachPage(osg::State& state, osg::StateSet& program, const Draw& draw) const;
     template <typename Draw>
     void forEachDraw(const PatchRecords& records, std::uint64_t verticesPerDraw, const Draw& draw) const;

@@ -112,8 +112,10 @@ osg::Vec3f vec3(const float* v)
 
 } // namespace
 
-ShaderSelection::ShaderSelection(const PatchBlocks& blocks)
-    : _state(new osg::StateSet)
+ShaderSelection::ShaderSelection(const PatchBlocks& blocks, const AssetPages& pages)
+    : _pages(pages)
+    , _page(pages.make(0, pages.whole()))
+    , _state(new osg::StateSet)
     , _patches(numbersByReach(blocks))
 {
     _needs = TexelBuffer::make(*_state, wordsOf(blocks).get(), GL_RGBA32UI, kWordsPerTexel, kUnit, "tessLodNeeds");
@@ -157,6 +159,7 @@ osg::ref_ptr<osg::StateSet> ShaderSelection::viewState(const PatchSelector& sele
 
 void ShaderSelection::releaseGLObjects(osg::State* state) const
 {
+    _page->releaseGLObjects(state);
     _state->releaseGLObjects(state);
     _needs.releaseGLObjects(state);
     _patches->getBufferObject()->releaseGLObjects(state);
@@ -164,6 +167,7 @@ void ShaderSelection::releaseGLObjects(osg::State* state) const
 
 void ShaderSelection::resizeGLObjectBuffers(unsigned maxSize) const
 {
+    _page->resizeGLObjectBuffers(maxSize);
     _state->resizeGLObjectBuffers(maxSize);
     _needs.resizeGLObjectBuffers(maxSize);
     _patches->getBufferObject()->resizeGLObjectBuffers(maxSize);

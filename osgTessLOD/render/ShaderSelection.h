@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <osgTessLOD/render/AssetPages.h>
 #include <osgTessLOD/render/PatchSelector.h>
 #include <osgTessLOD/render/Placements.h>
 #include <osgTessLOD/render/SelectionOptions.h>
@@ -15,6 +16,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace osgTessLOD {
@@ -42,10 +44,14 @@ public:
     /// Most planes of a frustum that the shader culls by.
     static constexpr std::size_t kMostPlanes = 8;
 
-    explicit ShaderSelection(const PatchBlocks& blocks);
+    /// The asset's pages must be a single one, and outlive the selection.
+    ShaderSelection(const PatchBlocks& blocks, const AssetPages& pages);
 
     static std::int64_t texelCount(const PatchBlocks& blocks);
 
+    const AssetPages& pages() const { return _pages; }
+    /// All of it: what the shader will need is not known.
+    const std::shared_ptr<const AssetPage>& page() const { return _page; }
     /// The texture buffer, and the define that has the shader select.
     osg::StateSet* state() const { return _state.get(); }
     /// The uniforms of one view.
@@ -60,6 +66,8 @@ protected:
     ~ShaderSelection() override;
 
 private:
+    const AssetPages& _pages;
+    std::shared_ptr<const AssetPage> _page;
     osg::ref_ptr<osg::StateSet> _state;
     TexelBuffer _needs;
     osg::ref_ptr<osg::UIntArray> _patches;

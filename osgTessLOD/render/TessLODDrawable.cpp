@@ -164,7 +164,10 @@ std::vector<const osg::StateSet*> TessLODDrawable::moreStates(osg::State& state)
 {
     std::vector<const osg::StateSet*> states;
     const ShaderSelection* selection = selectsWhenDrawn() ? _gpuAsset->shaderSelectionFor(state) : nullptr;
-    if (selection != nullptr) { states.push_back(selection->state()); }
+    if (selection != nullptr) {
+        states.push_back(selection->page()->state.get());
+        states.push_back(selection->state());
+    }
     const AssetPages* pages = _deformation.valid() ? _gpuAsset->pagesFor(state) : nullptr;
     if (pages != nullptr && _deformation->fits(state)) {
         states.push_back(_deformation->state());

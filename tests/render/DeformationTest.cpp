@@ -157,7 +157,7 @@ TEST_P(Deformation, assetsInPagesAreDeformedAlike)
     std::mt19937 random(6);
     for (const std::int64_t limit : {1300, 700}) {
         DrawContext::of(state()).limitTextureBufferTexels(limit);
-        EXPECT_GT(asset->pagesFor(state())->pages().size(), 1U);
+        EXPECT_GT(asset->pagesFor(state())->size(), 1U);
         const osg::ref_ptr<ControlMeshDeformation> deformation = deformed(*asset, bending, 1.0);
         const std::vector<PatchRecord> records = randomRecords(asset->asset(), random);
         std::vector<osg::Vec3f> captured = captureDeformed(*asset, records, deformation.get());

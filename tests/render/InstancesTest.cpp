@@ -526,7 +526,7 @@ TEST_P(Instances, areDrawnPageByPageToo)
     };
     const auto whole = triangles();
     DrawContext::of(state()).limitTextureBufferTexels(1300);
-    EXPECT_GT(instances->getGpuAsset()->pagesFor(state())->pages().size(), 1U);
+    EXPECT_GT(instances->getGpuAsset()->pagesFor(state())->size(), 1U);
     EXPECT_EQ(triangles(), whole);
 }
 

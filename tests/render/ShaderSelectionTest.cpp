@@ -270,14 +270,14 @@ TEST_F(ShaderSelectionGl, theCpuSelectsWhereTheShaderCannot)
     DrawContext& drawContext = DrawContext::of(state());
     drawContext.limitTextureBufferTexels(1000);
     const osg::ref_ptr<GpuAsset> inPages = makeGpuAsset(makeSyntheticAsset(16, false));
-    EXPECT_GT(inPages->pagesFor(state())->pages().size(), 1U);
+    EXPECT_GT(inPages->pagesFor(state())->size(), 1U);
     EXPECT_EQ(inPages->shaderSelectionFor(state()), nullptr);
     expectSelectors(*inPages, Backend::Tessellation, Backend::Tessellation);
 
     // Of one level: fewer vertices than there are texels to select by.
     const osg::ref_ptr<GpuAsset> coarse = makeGpuAsset(synthetic::build(synthetic::bumpySphere(), {1}, false));
     drawContext.limitTextureBufferTexels(8 * 6);
-    EXPECT_EQ(coarse->pagesFor(state())->pages().size(), 1U);
+    EXPECT_EQ(coarse->pagesFor(state())->size(), 1U);
     EXPECT_EQ(coarse->shaderSelectionFor(state()), nullptr);
     expectSelectors(*coarse, Backend::Tessellation, Backend::Tessellation);
 

@@ -213,9 +213,7 @@ std::uint64_t bytesOf(const LodAsset& asset)
 {
     const osg::ref_ptr<AssetPages> pages = new AssetPages(asset, std::int64_t{1} << 27);
     std::uint64_t bytes = 0;
-    for (const AssetPage& page : pages->pages()) {
-        for (const TexelBuffer& buffer : page.buffers) { bytes += buffer.data->getTotalDataSize(); }
-    }
+    for (std::size_t k = 0; k < pages->size(); ++k) { bytes += pages->make(k, pages->whole())->bytes(); }
     return bytes;
 }
 

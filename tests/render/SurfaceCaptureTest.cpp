@@ -313,16 +313,18 @@ TEST_P(SurfaceCapture, assetsOverTheLimitOfTextureBuffersAreDrawnPageByPage)
         for (const char* varying : {"tessLodObjectPosition", "tessLodWeights"}) {
             whole[varying] = sortedTriangles(capture(*asset, records, varying));
         }
-        std::size_t pagesBefore = asset->pagesFor(state())->pages().size();
+        std::size_t pagesBefore = asset->pagesFor(state())->size();
         EXPECT_EQ(pagesBefore, 1U);
         for (const std::int64_t limit : {1300, 700, 1}) {
             DrawContext::of(state()).limitTextureBufferTexels(limit);
             const AssetPages& pages = *asset->pagesFor(state());
-            EXPECT_GT(pages.pages().size(), pagesBefore);
-            pagesBefore = pages.pages().size();
-            for (const AssetPage& page : pages.pages()) {
-                for (const TexelBuffer& buffer : page.buffers) {
-                    EXPECT_TRUE(buffer.texture->getTextureWidth() <= limit || page.patchCount == 1) << limit;
+            EXPECT_GT(pages.size(), pagesBefore);
+            pagesBefore = pages.size();
+            for (std::size_t k = 0; k < pages.size(); ++k) {
+                const auto page = pages.make(k, pages.whole());
+                EXPECT_EQ(page->bytes(), pages.bytes(k, pages.whole())) << limit;
+                for (const TexelBuffer& buffer : page->buffers) {
+                    EXPECT_TRUE(buffer.texture->getTextureWidth() <= limit || page->patchCount == 1) << limit;
                 }
             }
             for (const auto& [varying, triangles] : whole) {
