@@ -33,6 +33,10 @@ constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 constexpr unsigned kMostHalvings = 18;
 constexpr std::int64_t kRootUnits = std::int64_t{1} << kMostHalvings;
 
+/// Vertices of the finest pattern along a sample's side at most. A cliff from one sample to the next would ask for ever smaller
+/// patches: its foot and its edge lie between the pattern's vertices.
+constexpr double kMostPerSample = 8.0;
+
 /// A vertex of the bisection, in parts of root squares: exact, so that equal vertices are found to be.
 using Place = std::array<std::int64_t, 2>;
 
@@ -311,6 +315,9 @@ void TerrainMap::makePatches(unsigned factor, double tolerance, double seamToler
     }
     Bisection bisection(_field, seams);
     const HeightError error(_field, factor);
+    const auto isCoarse = [&](const std::array<Vector2d, 3>& corners) {
+        return (corners[1] - corners[0]).norm() > factor / kMostPerSample;
+    };
     progress.begin("bisection", 1, "surface");
     for (std::uint32_t t = 0; t < bisection.triangles().size();) {
         if (bisection.crossesSeamParts(t)) {
@@ -320,8 +327,9 @@ void TerrainMap::makePatches(unsigned factor, double tolerance, double seamToler
         }
     }
     for (std::uint32_t t = 0; t < bisection.triangles().size();) {
-        const bool isRough = bisection.isDivisible(t) &&
-                             error.within(bisection.cornersOf(bisection.triangles()[t])) > tolerance * _frame.scale;
+        const std::array<Vector2d, 3> corners = bisection.cornersOf(bisection.triangles()[t]);
+        const bool isRough =
+            bisection.isDivisible(t) && isCoarse(corners) && error.within(corners) > tolerance * _frame.scale;
         if (isRough) {
             bisection.bisect(t); // and look at what is left of it
         } else {

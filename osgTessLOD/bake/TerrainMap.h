@@ -22,7 +22,7 @@ namespace osgTessLOD::bake {
 class OSGTESSLOD_EXPORT TerrainMap : public PatchMap {
 public:
     /// `field` has no voids. Patches are bisected while their heights, sampled at the pattern of `factor`, are farther than
-    /// `tolerance` (of the size of the field's bounding box) from the field's.
+    /// `tolerance` (of the size of the field's bounding box) from the field's, but not beyond eight of its vertices per sample.
     TerrainMap(HeightField field, unsigned factor, double tolerance, Progress& progress);
 
     /// A tile without voids. Its seams are drawn with the same vertices from both sides, whatever the view: within `seamTolerance`
