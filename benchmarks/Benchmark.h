@@ -122,6 +122,15 @@ struct CurveBenchmarkOptions {
 /// is drawn with the source: error on screen, triangles, times, memory, pictures.
 BenchmarkResult benchmarkCurves(const std::vector<Scene>& scenes, const CurveBenchmarkOptions& options);
 
+struct ScaleBenchmarkOptions {
+    std::vector<std::uint64_t> triangles{1'000'000, 4'000'000, 28'311'552}; ///< about so many of each scene
+    std::string technique = bake::BakeOptions().technique;
+    unsigned frames = 5; ///< to take the median of
+};
+
+/// Bakes every scene, a built-in surface, in these sizes, and reads and shows what was baked: what grows with the source.
+BenchmarkResult benchmarkScale(const std::vector<Scene>& scenes, const ScaleBenchmarkOptions& options);
+
 /// 0 without values.
 double median(std::vector<double> values);
 double mean(const std::vector<double>& values);

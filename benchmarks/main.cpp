@@ -26,6 +26,7 @@ struct Arguments {
     BakeBenchmarkOptions bake;
     LookBenchmarkOptions look;
     CurveBenchmarkOptions curve;
+    ScaleBenchmarkOptions scale;
     std::vector<std::string> methods;
     unsigned frames = 20;
     unsigned sceneFrames = SceneBenchmarkOptions().frames;
@@ -151,7 +152,7 @@ void printTables(const std::vector<ResultTable>& tables, bool markdown)
     }
 }
 
-enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory, Scene, Throughput, Terrain, Look, Displacement, Curve };
+enum class Command { Bake, Frame, Metric, Simplify, Levels, Ladder, Bound, View, Select, Memory, Scene, Throughput, Terrain, Look, Displacement, Curve, Scale };
 
 CurveBenchmarkOptions curveOptions(const Arguments& arguments)
 {
@@ -165,6 +166,11 @@ CurveBenchmarkOptions curveOptions(const Arguments& arguments)
         options.simplifierSeconds = std::min(options.simplifierSeconds, 5U);
     }
     return options;
+}
+
+ScaleBenchmarkOptions scaleOptions(const Arguments& arguments)
+{
+    return arguments.quick ? ScaleBenchmarkOptions{{100'000, 400'000}, "uniform", 1} : arguments.scale;
 }
 
 BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const Arguments& arguments)
@@ -199,6 +205,7 @@ BenchmarkResult measure(Command command, const std::vector<Scene>& scenes, const
     case Command::Displacement:
         return arguments.quick ? benchmarkDisplacement(scenes, {4}, kQuickRays)
                                : benchmarkDisplacement(scenes, {8, 16}, arguments.rays);
+    case Command::Scale: return benchmarkScale(scenes, scaleOptions(arguments));
     case Command::View: return benchmarkViews(scenes);
     case Command::Select: return benchmarkSelection(scenes, arguments.quick ? 3 : arguments.runs, arguments.quick);
     default: return benchmarkMetric(scenes, arguments.quick ? kQuickDirections : arguments.directions);
@@ -210,7 +217,8 @@ bool takesScansByName(Command command)
 {
     return command == Command::Simplify || command == Command::Levels || command == Command::Ladder ||
            command == Command::Bound || command == Command::Memory || command == Command::Scene ||
-           command == Command::Throughput || command == Command::Displacement || command == Command::Curve;
+           command == Command::Throughput || command == Command::Displacement || command == Command::Curve ||
+           command == Command::Scale;
 }
 
 bool takesBakedScenes(Command command)
@@ -299,7 +307,15 @@ int main(int argc, char** argv)
     look->add_option("--keep", arguments.look.keepFolder, "keep the pictures in this folder")->check(CLI::ExistingDirectory);
     CLI::App* curve = app.add_subcommand("curve", "triangles, times and memory by the error of what is drawn, beside other LODs");
     declareCurve(*curve, arguments);
-    for (CLI::App* command : {curve, bound, view, select, memory, scene, throughput, terrain, look, displacement}) { declareCommon(*command, arguments); }
+    CLI::App* scale = app.add_subcommand("scale", "bakes, files, loading and frames of ever larger sources");
+    scale->add_option("--triangles", arguments.scale.triangles, "of the sources, rising")->capture_default_str();
+    scale->add_option("--technique", arguments.scale.technique, "how levels are made")
+        ->capture_default_str()
+        ->check(CLI::IsMember(osgTessLOD::bake::techniqueNames()));
+    scale->add_option("--frames", arguments.scale.frames, "frames to take the median of")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1000));
+    for (CLI::App* command : {scale, curve, bound, view, select, memory, scene, throughput, terrain, look, displacement}) { declareCommon(*command, arguments); }
     look->get_option("--scene")->required();
     declareCommon(*bake, arguments);
     declareCommon(*levels, arguments);
@@ -348,6 +364,7 @@ int main(int argc, char** argv)
                    : look->parsed()       ? Command::Look
                    : displacement->parsed() ? Command::Displacement
                    : curve->parsed()      ? Command::Curve
+                   : scale->parsed()      ? Command::Scale
                                           : Command::Metric,
                    arguments);
     } catch (const std::exception& error) {

@@ -65,6 +65,9 @@ void writeJson(std::ostream& stream, const FrameStatistics& statistics)
                            {"faces", statistics.captured->faces},
                            {"vertices", statistics.captured->vertices}};
     }
+    json["videoMemory"] = {{"bytes", statistics.videoMemory.bytes},
+                           {"wholeBytes", statistics.videoMemory.wholeBytes},
+                           {"waitingPages", statistics.videoMemory.waitingPages}};
     const FrameTime time = medianTime(statistics.times);
     json["times"] = {{"frames", statistics.times.size()},
                      {"cullMilliseconds", time.cull},

@@ -4,6 +4,8 @@
 #include "CapturedMesh.h"
 #include "SelectionTotals.h"
 
+#include <osgTessLOD/render/VideoMemory.h>
+
 #include <osg/Matrixd>
 
 #include <iosfwd>
@@ -34,6 +36,7 @@ struct FrameStatistics {
     SelectionSums selected;
     std::set<std::string> backends; ///< that drew what was selected, by name
     std::optional<CapturedMesh::Counts> captured;
+    VideoMemory::Statistics videoMemory;
     std::vector<FrameTime> times;
 };
 

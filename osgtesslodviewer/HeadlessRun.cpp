@@ -257,6 +257,7 @@ void runHeadless(osgViewer::Viewer& viewer, osg::Node& scene, const ViewerOption
         throw std::runtime_error(reader->undrawn() + ": cannot be drawn by OpenGL " + statistics.glVersion);
     }
     statistics.times = times;
+    statistics.videoMemory = VideoMemory::shared().statistics();
     if (!options.screenshotFile.empty()) { writeScreenshot(options.screenshotFile, *reader->image()); }
     if (!options.captureFile.empty()) { writePly(options.captureFile, reader->capture().surface()); }
     if (!options.statsFile.empty()) { writeStatistics(options.statsFile, statistics); }

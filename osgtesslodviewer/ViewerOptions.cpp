@@ -31,6 +31,8 @@ constexpr std::pair<const char*, const char*> kOptions[] = {
     {"--backend <auto|tessellation|instanced>",
      "Draw with tessellation shaders, or an instance per patch; auto tries which is faster."},
     {"--no-cull", "Draw patches outside the view frustum too."},
+    {"--video-memory <MiB>", "Most that levels and normals may take on the GPU; those not drawn give way."},
+    {"--upload <MiB>", "Most of them to send to the GPU in a frame; what is to be finer waits."},
     {"--color-by-level", "Colour patches by their level."},
     {"--wireframe", "Draw lines instead of filled triangles."},
     {"-p <file>", "Follow the animation path in the file; headless, all of it in the frames timed."},
@@ -171,6 +173,9 @@ ViewerOptions readViewerOptions(osg::ArgumentParser& arguments)
     options.selector = takeNamed(arguments, "--selection", selectorNamed, "cpu or gpu is needed");
     options.backend = takeNamed(arguments, "--backend", backendNamed, "auto, tessellation or instanced is needed");
     while (arguments.read("--no-cull")) { options.cullPatches = false; }
+    options.videoMemoryMebibytes =
+        takeNumber(arguments, "--video-memory", 0.0, 1e9, "a number of mebibytes above 0 is needed");
+    options.uploadMebibytes = takeNumber(arguments, "--upload", 0.0, 1e9, "a number of mebibytes above 0 is needed");
     while (arguments.read("--color-by-level")) { options.colorByLevel = true; }
     while (arguments.read("--wireframe")) { options.wireframe = true; }
     options.pathFile = takeValue(arguments, "-p").value_or("");

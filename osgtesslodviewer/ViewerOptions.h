@@ -30,6 +30,8 @@ struct ViewerOptions {
     std::optional<SelectionOptions::Bound> bound;   ///< the same
     std::optional<SelectionOptions::Selector> selector; ///< the same
     std::optional<Backend> backend;                     ///< the same
+    std::optional<double> videoMemoryMebibytes;         ///< VideoMemory's limits; not given: none
+    std::optional<double> uploadMebibytes;              ///< of a frame
     bool cullPatches = true;
     bool colorByLevel = false;
     bool wireframe = false;

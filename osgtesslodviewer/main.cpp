@@ -6,14 +6,18 @@
 #include "ViewerOptions.h"
 #include "WindowRun.h"
 
+#include <osgTessLOD/render/VideoMemory.h>
+
 #include <osg/ArgumentParser>
 #include <osg/Group>
 #include <osg/PolygonMode>
 #include <osgDB/Registry>
 #include <osgViewer/Viewer>
 
+#include <cstdint>
 #include <exception>
 #include <iostream>
+#include <optional>
 
 namespace {
 
@@ -40,6 +44,14 @@ bool helped(osg::ArgumentParser& arguments, osgViewer::Viewer& viewer)
     viewer.getUsage(usage);
     usage.write(std::cout, kind);
     return true;
+}
+
+void limitVideoMemory(const ViewerOptions& options)
+{
+    const auto bytes = [](const std::optional<double>& mebibytes) {
+        return mebibytes ? static_cast<std::uint64_t>(*mebibytes * 1024.0 * 1024.0) : osgTessLOD::VideoMemory::Limits::kNone;
+    };
+    osgTessLOD::VideoMemory::shared().setLimits({bytes(options.uploadMebibytes), bytes(options.videoMemoryMebibytes)});
 }
 
 void applyOptions(osg::Node& scene, const ViewerOptions& options)
@@ -78,6 +90,7 @@ int run(osg::ArgumentParser& arguments)
         return 1;
     }
     applyOptions(*scene, options);
+    limitVideoMemory(options);
     if (!options.headless) {
         osgTessLOD::runWindow(viewer, *scene, options, arguments.getApplicationUsage());
         return 0;

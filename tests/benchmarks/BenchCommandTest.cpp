@@ -205,6 +205,21 @@ TEST_F(BenchCommand, MemoryAddsUp)
     EXPECT_EQ(report["summary"]["gpu_bytes_per_finest_vertex"], row["gpuVertices"]);
 }
 
+TEST_F(BenchCommand, ScaleShowsWhatGrowsWithTheSource)
+{
+    const Json report = this->report("scale --scene asteroid --technique uniform --frames 1 --triangles 400000 --triangles 1600000");
+    const Json& rows = report["rows"];
+    ASSERT_EQ(rows.size(), 4U) << "two sizes, two views";
+    for (const Json& row : rows) {
+        EXPECT_GE(row["firstPictureSeconds"], row["loadSeconds"]);
+        EXPECT_GT(row["triangles"], 0U);
+        EXPECT_LE(row["gpuMebibytes"], row["gpuWholeMebibytes"]);
+    }
+    EXPECT_LT(rows[0]["gpuMebibytes"], rows[1]["gpuMebibytes"]) << "from afar less is needed";
+    EXPECT_GT(rows[2]["fileBytes"], 3 * rows[0]["fileBytes"].get<std::uint64_t>());
+    EXPECT_EQ(report["summary"]["frame_over_smallest"].size(), 2U);
+}
+
 TEST_F(BenchCommand, SceneComparesLevelsMetricsAndDrawables)
 {
     const Json report = this->report("scene --frames 1 --max-factor 4 --scene asteroid");

@@ -300,6 +300,25 @@ TEST_F(Viewer, DrawsWireframeAndLevelsDifferently)
     EXPECT_NE(picture("--color-by-level"), plain);
 }
 
+TEST_F(Viewer, KeepsLimitsOfVideoMemory)
+{
+    const std::string path = folder.file("large.tlod");
+    writeTlod(path, makeSyntheticAsset(64, true));
+    const auto memory = [&](const std::string& options) {
+        const std::string stats = folder.file("s.json");
+        EXPECT_EQ(run("--headless --size 100x100 --error-pixels 0.01 " + options + " --stats " + stats + " " + path).status, 0);
+        return readJson(stats)["videoMemory"];
+    };
+    const nlohmann::json all = memory("");
+    EXPECT_EQ(all["bytes"], all["wholeBytes"]) << "so small an error needs all";
+    EXPECT_EQ(all["waitingPages"], 0);
+    const nlohmann::json few = memory("--video-memory 0.1");
+    EXPECT_LE(few["bytes"], 0.1 * 1024 * 1024);
+    EXPECT_GT(few["waitingPages"], 0);
+    EXPECT_EQ(memory("--upload 0.2 --frames 20")["bytes"], all["bytes"]) << "it comes in the end";
+    EXPECT_EQ(run("--upload 0 " + path).status, 1);
+}
+
 TEST_F(Viewer, CapturesInWorldSpace)
 {
     LodAsset asset = makeSyntheticAsset(4, false);
