@@ -4,6 +4,7 @@
 #include <osgTessLOD/render/AssetPages.h>
 
 #include <limits>
+#include <memory>
 
 namespace osgTessLOD::benchmarks {
 
@@ -12,7 +13,8 @@ GpuBytes gpuBytes(const LodAsset& asset)
     const osg::ref_ptr<AssetPages> pages = new AssetPages(asset, std::numeric_limits<std::int32_t>::max());
     GpuBytes bytes;
     for (std::size_t k = 0; k < pages->size(); ++k) {
-        for (const TexelBuffer& buffer : pages->make(k, pages->whole())->buffers) {
+        const std::shared_ptr<const AssetPage> page = pages->make(k, pages->whole());
+        for (const TexelBuffer& buffer : page->buffers) {
             std::uint64_t& sum = buffer.unit == AssetPages::kNormalsUnit      ? bytes.normals
                                  : buffer.unit == AssetPages::kParametersUnit ? bytes.parameters
                                  : buffer.unit == AssetPages::kUvsUnit || buffer.unit == AssetPages::kColorsUnit

@@ -288,7 +288,9 @@ TEST(ReaderWriterTessLOD, HandsTextureCoordinatesAndColoursOn)
     asset = bake(*geometry);
     EXPECT_FALSE(asset->hasUvs());
     ASSERT_TRUE(asset->hasColors());
-    for (const std::uint32_t color : asset->levels.back().colors) { EXPECT_EQ(color, 0xFF0080FFU); }
+    for (const LodLevel& level : asset->levels) {
+        for (const std::uint32_t color : level.colors) { EXPECT_EQ(color, 0xFF0080FFU); }
+    }
 
     const osg::ref_ptr<osg::Vec4ubArray> two = new osg::Vec4ubArray(osg::Array::BIND_PER_VERTEX);
     for (unsigned v = 0; v < geometry->getVertexArray()->getNumElements(); ++v) {
@@ -297,7 +299,8 @@ TEST(ReaderWriterTessLOD, HandsTextureCoordinatesAndColoursOn)
     geometry->setColorArray(two);
     asset = bake(*geometry);
     ASSERT_TRUE(asset->hasColors());
-    const std::vector<std::uint32_t>& colors = asset->levels.back().colors;
+    std::vector<std::uint32_t> colors;
+    for (const LodLevel& level : asset->levels) { colors.insert(colors.end(), level.colors.begin(), level.colors.end()); }
     EXPECT_GT(std::count(colors.begin(), colors.end(), 0xFF0000FFU), 0) << "red";
     EXPECT_GT(std::count(colors.begin(), colors.end(), 0xFFFF0000U), 0) << "blue";
 }

@@ -373,7 +373,7 @@ TEST_F(Viewer, NamesTheFileThatTheMemoryIsTooSmallFor)
 #endif
     writeTlod(folder.file("heavy.tlod"), makeSyntheticHeavyAsset());
     const std::string arguments = "--headless --stats " + folder.file("s.json") + " " + folder.file("heavy.tlod");
-    const Outcome outcome = runViewer(folder, arguments, "prlimit --as=" + std::to_string(220 << 20));
+    const Outcome outcome = runViewer(folder, arguments, "prlimit --as=" + std::to_string(190 << 20));
     EXPECT_EQ(outcome.status, 1) << outcome.output;
     EXPECT_NE(outcome.output.find("heavy.tlod: not enough memory"), std::string::npos) << outcome.output;
 }
