@@ -40,8 +40,8 @@ struct VideoMemory::Spare {
 
 VideoMemory& VideoMemory::shared()
 {
-    static VideoMemory memory;
-    return memory;
+    static auto* const memory = new VideoMemory; // for good: OSG's own statics may hold assets until after all others are gone
+    return *memory;
 }
 
 void VideoMemory::setLimits(const Limits& limits)
