@@ -58,6 +58,7 @@ SelectionStatistics select(const PatchSelector& selector, double errorObject)
     view.orthographic = true;
     view.pixelScale = 1.0;
     SelectionOptions options;
+    options.metric = SelectionOptions::Metric::Isotropic;
     options.errorPixels = errorObject;
     return selector.select(view, options, {}).statistics;
 }
