@@ -10,7 +10,8 @@ namespace osgTessLOD::benchmarks {
 
 GpuBytes gpuBytes(const LodAsset& asset)
 {
-    const osg::ref_ptr<AssetPages> pages = new AssetPages(asset, std::numeric_limits<std::int32_t>::max());
+    const StreamedAsset whole(std::shared_ptr<const LodAsset>(std::shared_ptr<const LodAsset>(), &asset)); // the caller's
+    const osg::ref_ptr<AssetPages> pages = new AssetPages(whole, std::numeric_limits<std::int32_t>::max());
     GpuBytes bytes;
     for (std::size_t k = 0; k < pages->size(); ++k) {
         const std::shared_ptr<const AssetPage> page = pages->make(k, pages->whole());

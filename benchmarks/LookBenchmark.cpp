@@ -3,6 +3,7 @@
 
 #include <osgTessLOD/asset/AssetImages.h>
 #include <osgTessLOD/bake/SourceSurface.h>
+#include <osgTessLOD/render/GpuAsset.h>
 #include <osgTessLOD/render/MaterialState.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <osgtesslodviewer/headless/HeadlessContext.h>
@@ -162,7 +163,7 @@ public:
     Stage(const Scene& scene, const std::string& colorImage)
     {
         _drawable = drawableOf(scene, colorImage);
-        const osg::ref_ptr<osg::Geometry> geometry = fullGeometry(scene, *_drawable->getAsset());
+        const osg::ref_ptr<osg::Geometry> geometry = fullGeometry(scene, _drawable->getGpuAsset()->asset());
         if (_drawable->getMaterialState(0) != nullptr) { geometry->setStateSet(_drawable->getMaterialState(0)); }
         _shown->addChild(_drawable.get());
         _shown->addChild(geometry.get());
@@ -203,7 +204,7 @@ public:
         options.maxFactor = factor;
         _drawable->setOptions(options);
     }
-    const std::vector<std::uint16_t>& factors() const { return _drawable->getAsset()->ladder; }
+    const std::vector<std::uint16_t>& factors() const { return _drawable->getGpuAsset()->asset().ladder; }
 
     osg::ref_ptr<osg::Image> drawFrom(double distance, Shown which)
     {

@@ -76,7 +76,7 @@ public:
     std::uint64_t gpuBytes() const override { return _gpuBytes; }
 
 private:
-    const LodAsset& asset() const { return *_drawable->getAsset(); }
+    const LodAsset& asset() const { return _drawable->getGpuAsset()->asset(); }
 
     /// Of triangles as captured, patch after patch, those of this placement.
     void append(const PatchSelection& selection, const std::vector<osg::Vec3f>& corners, std::size_t placement,

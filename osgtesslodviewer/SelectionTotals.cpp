@@ -2,6 +2,7 @@
 #include "SelectionTotals.h"
 
 #include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/render/GpuAsset.h>
 
 #include <mutex>
 #include <utility>
@@ -92,7 +93,7 @@ SelectionSums SelectionTotals::sum(const std::vector<FrameSelection>& selections
         sums.saturatedPatches += statistics.saturatedPatches;
         sums.triangles += statistics.triangles;
         sums.isUpperBound = sums.isUpperBound || statistics.isUpperBound;
-        const std::vector<std::uint16_t>& ladder = entry.drawable->getAsset()->ladder;
+        const std::vector<std::uint16_t>& ladder = entry.drawable->getGpuAsset()->asset().ladder;
         for (std::size_t level = 0; level < statistics.patchesByLevel.size() && level < ladder.size(); ++level) {
             if (statistics.patchesByLevel[level] > 0) {
                 sums.patchesByFactor[ladder[level]] += statistics.patchesByLevel[level];

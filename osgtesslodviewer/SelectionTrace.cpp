@@ -2,6 +2,7 @@
 #include "SelectionTrace.h"
 
 #include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/render/GpuAsset.h>
 
 #include <nlohmann/json.hpp>
 
@@ -32,7 +33,7 @@ nlohmann::ordered_json selectionOf(const FrameSelection& entry)
 {
     const SelectionStatistics& statistics = entry.selection->statistics();
     const SelectionView& view = entry.selection->view();
-    return {{"source", entry.drawable->getAsset()->source},
+    return {{"source", entry.drawable->getGpuAsset()->asset().source},
             {"errorPixels", entry.drawable->getOptions().errorPixels},
             {"localToWorld", numbersOf(entry.localToWorld)},
             {"eye", {view.eye.x(), view.eye.y(), view.eye.z()}},

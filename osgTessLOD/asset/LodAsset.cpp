@@ -311,21 +311,37 @@ void checkErrors(const LodLevel& level, std::size_t l)
     }
 }
 
+void checkCount(std::size_t l, const char* what, std::size_t count, std::size_t wanted)
+{
+    if (count != wanted) { fail("level ", l, ": ", count, " ", what, ", not ", wanted); }
+}
+
 void checkAttributes(const LodAsset& asset, std::size_t l)
 {
     const LodLevel& level = asset.levels[l];
-    const auto checkCount = [&](const char* what, std::size_t count, std::size_t wanted) {
-        if (count != wanted) { fail("level ", l, ": ", count, " ", what, ", not ", wanted); }
-    };
-    checkCount("texture coordinates", level.uvs.size(), asset.hasUvs() ? level.vertices.size() : 0);
-    checkCount("errors of texture coordinates", level.uvErrors.size(), asset.hasUvs() ? level.errors.size() : 0);
-    checkCount("colours", level.colors.size(), asset.hasColors() ? level.vertices.size() : 0);
+    checkCount(l, "texture coordinates", level.uvs.size(), asset.hasUvs() ? level.vertices.size() : 0);
+    checkCount(l, "colours", level.colors.size(), asset.hasColors() ? level.vertices.size() : 0);
     for (std::size_t v = 0; v < level.uvs.size(); ++v) {
         const std::uint32_t bits = level.uvs[v];
         if (bits != UvLattice::kNone && std::max(bits & 0xFFFFU, bits >> 16) > UvLattice::kUnits) {
             fail("level ", l, ", vertex ", v, ": texture coordinates out of range");
         }
     }
+}
+
+std::size_t patchesReaching(const LodAsset& asset, std::size_t l)
+{
+    return static_cast<std::size_t>(std::count_if(asset.patches.begin(), asset.patches.end(),
+                                                  [&](const LodPatch& patch) { return patch.finestLevel >= l; }));
+}
+
+/// What a level has for each patch.
+void checkLevelErrors(const LodAsset& asset, std::size_t l)
+{
+    const LodLevel& level = asset.levels[l];
+    checkCount(l, "errors", level.errors.size(), patchesReaching(asset, l));
+    checkErrors(level, l);
+    checkCount(l, "errors of texture coordinates", level.uvErrors.size(), asset.hasUvs() ? level.errors.size() : 0);
     if (!std::all_of(level.uvErrors.begin(), level.uvErrors.end(), finiteNotNegative)) {
         fail("level ", l, ": errors of texture coordinates are not finite numbers ≥ 0");
     }
@@ -342,21 +358,16 @@ void checkUvLattice(const LodAsset& asset)
     }
 }
 
-void checkLevel(const LodAsset& asset, std::size_t l)
+/// What a level has for each vertex.
+void checkLevelVertices(const LodAsset& asset, std::size_t l)
 {
     const LodLevel& level = asset.levels[l];
-    const std::size_t reached = static_cast<std::size_t>(std::count_if(
-        asset.patches.begin(), asset.patches.end(), [&](const LodPatch& patch) { return patch.finestLevel >= l; }));
     const unsigned factor = asset.ladder[l];
     const std::size_t count = TessellationPattern::vertexCount(factor);
-    if (level.vertices.size() != reached * count) {
-        fail("level ", l, ": ", level.vertices.size(), " vertices, not ", reached * count);
-    }
+    checkCount(l, "vertices", level.vertices.size(), patchesReaching(asset, l) * count);
     if (!level.parameters.empty() && level.parameters.size() != level.vertices.size()) {
         fail("level ", l, ": ", level.parameters.size(), " parameters, not ", level.vertices.size(), " or none");
     }
-    if (level.errors.size() != reached) { fail("level ", l, ": ", level.errors.size(), " errors, not ", reached); }
-    checkErrors(level, l);
     checkAttributes(asset, l);
 
     const std::vector<std::uint32_t> slots = asset.levelSlots(l);
@@ -382,9 +393,8 @@ void checkLevel(const LodAsset& asset, std::size_t l)
     }
 }
 
-void checkNormals(const LodAsset& asset)
+void checkNormalResolutions(const NormalTexture& normals)
 {
-    const NormalTexture& normals = asset.normals;
     const std::uint32_t r = normals.resolution;
     if (r == 0) {
         if (!normals.levels.empty()) { fail("normals of resolution 0 with levels"); }
@@ -393,15 +403,9 @@ void checkNormals(const LodAsset& asset)
     if ((r & (r - 1)) != 0 || r > NormalTexture::kMaxResolution) {
         fail("normal resolution ", r, " is not a power of two up to ", NormalTexture::kMaxResolution);
     }
-    std::size_t level = 0;
-    for (std::uint32_t resolution = 1; resolution <= r; resolution *= 2, ++level) {
-        if (level >= normals.levels.size()) { fail("normals have too few levels"); }
-        const std::size_t texels = asset.patches.size() * NormalTexture::texelCount(resolution);
-        if (normals.levels[level].size() != texels) {
-            fail("normals of resolution ", resolution, ": ", normals.levels[level].size(), " texels, not ", texels);
-        }
-    }
-    if (normals.levels.size() != level) { fail("normals have too many levels"); }
+    const std::size_t level = normals.resolutionCount();
+    if (normals.levels.size() < level) { fail("normals have too few levels"); }
+    if (normals.levels.size() > level) { fail("normals have too many levels"); }
 }
 
 void checkMaterials(const LodAsset& asset)
@@ -442,6 +446,12 @@ bool LodAsset::hasSeams() const
     return std::any_of(edges.begin(), edges.end(), [](const LodEdge& edge) { return edge.coarsestLevel > 0; });
 }
 
+unsigned LodAsset::levelsUpTo(unsigned factor) const
+{
+    const auto isAbove = [factor](std::uint16_t f) { return f > factor; };
+    return std::max(1U, static_cast<unsigned>(std::find_if(ladder.begin(), ladder.end(), isAbove) - ladder.begin()));
+}
+
 std::vector<std::uint32_t> LodAsset::levelSlots(std::size_t level) const
 {
     std::vector<std::uint32_t> slots(patches.size(), kNoPatch);
@@ -471,13 +481,33 @@ const LodImage* LodAsset::imageOf(const LodTexture& texture) const
 
 void LodAsset::validate() const
 {
+    validateFrame();
+    for (std::size_t level = 0; level < levels.size(); ++level) { validateLevel(level); }
+    for (std::size_t level = 0; level < normals.levels.size(); ++level) { validateNormals(level); }
+}
+
+void LodAsset::validateFrame() const
+{
     checkLadder(*this);
     checkFrame(*this);
     checkTopology(*this);
     checkUvLattice(*this);
-    for (std::size_t level = 0; level < levels.size(); ++level) { checkLevel(*this, level); }
-    checkNormals(*this);
+    for (std::size_t level = 0; level < levels.size(); ++level) { checkLevelErrors(*this, level); }
+    checkNormalResolutions(normals);
     checkMaterials(*this);
+}
+
+void LodAsset::validateLevel(std::size_t level) const
+{
+    checkLevelVertices(*this, level);
+}
+
+void LodAsset::validateNormals(std::size_t level) const
+{
+    const std::size_t texels = patches.size() * NormalTexture::texelCount(1U << level);
+    if (normals.levels[level].size() != texels) {
+        fail("normals of resolution ", 1U << level, ": ", normals.levels[level].size(), " texels, not ", texels);
+    }
 }
 
 } // namespace osgTessLOD

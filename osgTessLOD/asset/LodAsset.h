@@ -123,6 +123,13 @@ struct NormalTexture {
     std::vector<std::vector<std::uint32_t>> levels;  ///< resolution 1, 2, 4 …: patchCount · texelCount(r) values each
 
     static std::uint32_t texelCount(std::uint32_t resolution) { return (resolution + 1) * (resolution + 2) / 2; }
+    /// Of the chain down to resolution 1.
+    std::size_t resolutionCount() const
+    {
+        std::size_t count = 0;
+        while (resolution >> count != 0) { ++count; }
+        return count;
+    }
 };
 
 /// What a bake produces and a renderer consumes.
@@ -155,6 +162,9 @@ struct OSGTESSLOD_EXPORT LodAsset {
     bool hasSeams() const;
     bool hasColors() const { return !levels.empty() && !levels.front().colors.empty(); }
 
+    /// How many levels have factors up to this one; level 0 at least.
+    unsigned levelsUpTo(unsigned factor) const;
+
     /// Position of each patch within level `level`, kNoPatch for those that do not reach it. Its vertices start at
     /// slot · vertexCount(ladder[level]), its error is errors[slot].
     std::vector<std::uint32_t> levelSlots(std::size_t level) const;
@@ -168,6 +178,12 @@ struct OSGTESSLOD_EXPORT LodAsset {
     /// inside the patch or on its sides as their vertices are and alike from both, texture coordinates and colours at every
     /// vertex or none and colours alike from both sides of a border, materials in range, numbers finite. That bounds hold what they say they hold is not checked.
     void validate() const;
+    /// The same of all but what is in validateLevel and validateNormals.
+    void validateFrame() const;
+    /// Of what a level has for each of its vertices; the rest is valid, and level 0 is there.
+    void validateLevel(std::size_t level) const;
+    /// Of the normals of resolution 2^level; the rest is valid.
+    void validateNormals(std::size_t level) const;
 };
 
 } // namespace osgTessLOD

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/asset/TlodContainer.h>
 
+#include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/asset/Crc32c.h>
 
 #include <zstd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <istream>
 #include <new>
 #include <ostream>
+#include <system_error>
 
 namespace osgTessLOD {
 
@@ -159,6 +162,17 @@ Bytes TlodContainerWriter::makeHeader() const
 // ---------------------------------------------------------------------------------------------------------------------
 // Reading
 
+std::ifstream openTlodFile(const std::string& path)
+{
+    std::error_code error;
+    const auto status = std::filesystem::status(path, error);
+    if (!std::filesystem::exists(status)) { throw AssetError("does not exist or cannot be reached"); }
+    if (!std::filesystem::is_regular_file(status)) { throw AssetError("is not a regular file"); }
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream) { throw AssetError("cannot be opened"); }
+    return stream;
+}
+
 struct TlodContainerReader::Header {
     std::array<std::uint8_t, 8> magic{};
     std::uint32_t version = 0;
@@ -199,6 +213,7 @@ void TlodContainerReader::readTable()
     readBytes(kHeaderBytes, bytes.data() + kHeaderBytes, kEntryBytes * header.chunks);
     std::fill_n(bytes.begin() + kHeaderCrcAt, 4, std::uint8_t{0});
     if (crc32c(bytes.data(), bytes.size()) != header.crc) { throw AssetError("table of contents is damaged"); }
+    _checksum = header.crc;
     if (header.reserved != 0) { throw AssetError("reserved bytes are not zero"); }
     parseEntries(bytes);
 }

@@ -4,7 +4,7 @@
 #include <osgTessLOD/asset/ByteStream.h>
 
 #include <cstdint>
-#include <iosfwd>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -60,6 +60,9 @@ private:
     std::vector<Bytes> _chunks;
 };
 
+/// Throws AssetError if it is no regular file or cannot be opened.
+std::ifstream openTlodFile(const std::string& path);
+
 /// Reads chunks from a seekable stream.
 class TlodContainerReader {
 public:
@@ -67,6 +70,9 @@ public:
     /// per stored byte than the format allows.
     explicit TlodContainerReader(std::istream& stream);
 
+    std::uint64_t fileBytes() const { return _fileBytes; }
+    /// Of header and table of contents, which have the checksums of all chunks: files of the same one have the same content.
+    std::uint32_t checksum() const { return _checksum; }
     /// The chunks that were not yet taken.
     const std::vector<ChunkEntry>& entries() const { return _entries; }
     bool has(std::uint32_t type, std::uint32_t level) const;
@@ -87,6 +93,7 @@ private:
     std::istream& _stream;
     std::streamoff _begin = 0;
     std::uint64_t _fileBytes = 0;
+    std::uint32_t _checksum = 0;
     std::vector<ChunkEntry> _entries;
 };
 

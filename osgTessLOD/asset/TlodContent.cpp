@@ -3,6 +3,9 @@
 
 #include <osgTessLOD/asset/TessellationPattern.h>
 
+#include <algorithm>
+#include <array>
+
 namespace osgTessLOD {
 
 namespace {
@@ -63,6 +66,14 @@ LodMaterial decodeMaterial(ByteReader& in)
 }
 
 } // namespace
+
+bool isChunkType(std::uint32_t type)
+{
+    constexpr std::array kTypes{kMetaChunk, kBaseChunk, kEdgeChunk, kPatchChunk, kErrorsChunk, kVerticesChunk,
+                                kParametersChunk, kUvLatticeChunk, kUvErrorsChunk, kUvsChunk, kColorsChunk,
+                                kMaterialsChunk, kPatchMaterialsChunk, kImageChunk, kNormalsChunk};
+    return std::find(kTypes.begin(), kTypes.end(), type) != kTypes.end();
+}
 
 Bytes encodeMeta(const LodAsset& asset)
 {

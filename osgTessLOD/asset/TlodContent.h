@@ -3,6 +3,7 @@
 
 #include <osgTessLOD/asset/ByteStream.h>
 #include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/asset/TlodContainer.h>
 
 #include <cstdint>
 #include <vector>
@@ -10,6 +11,25 @@
 namespace osgTessLOD {
 
 // What is in the chunks of a .tlod file, byte by byte. Private to the asset room.
+
+constexpr std::uint32_t kMetaChunk = chunkType("META");
+constexpr std::uint32_t kBaseChunk = chunkType("BASE");
+constexpr std::uint32_t kEdgeChunk = chunkType("EDGE");
+constexpr std::uint32_t kPatchChunk = chunkType("PTCH");
+constexpr std::uint32_t kErrorsChunk = chunkType("LVLE");
+constexpr std::uint32_t kVerticesChunk = chunkType("LVLV");
+constexpr std::uint32_t kParametersChunk = chunkType("LVLP");
+constexpr std::uint32_t kUvLatticeChunk = chunkType("UVGR");
+constexpr std::uint32_t kUvErrorsChunk = chunkType("LVLT");
+constexpr std::uint32_t kUvsChunk = chunkType("LVLU");
+constexpr std::uint32_t kColorsChunk = chunkType("LVLC");
+constexpr std::uint32_t kMaterialsChunk = chunkType("MATL");
+constexpr std::uint32_t kPatchMaterialsChunk = chunkType("PMAT");
+constexpr std::uint32_t kImageChunk = chunkType("IMAG");
+constexpr std::uint32_t kNormalsChunk = chunkType("NRML");
+
+/// Is it one of these?
+bool isChunkType(std::uint32_t type);
 
 // Of the chunks whose sizes nothing else tells.
 constexpr std::uint64_t kMaxMetaBytes = 1U << 20;

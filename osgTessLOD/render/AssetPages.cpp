@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/render/AssetPages.h>
 
+#include <osgTessLOD/asset/AssetError.h>
 #include <osgTessLOD/asset/TessellationPattern.h>
 #include <osgTessLOD/render/GlConstants.h>
 #include <osgTessLOD/render/VideoMemory.h>
 
+#include <osg/Notify>
 #include <osg/Uniform>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <string>
 
 namespace osgTessLOD {
 
@@ -136,8 +139,9 @@ private:
 /// Makes pages.
 class AssetPages::Maker {
 public:
-    Maker(const LodAsset& asset, const Layout& layout)
-        : _asset(asset)
+    Maker(const StreamedAsset& source, const Layout& layout)
+        : _source(source)
+        , _asset(source.frame())
         , _layout(layout)
     {
     }
@@ -160,14 +164,14 @@ public:
             addNormals();
             addParameters();
         }
-        addVertexWords(&LodLevel::uvs, AssetPages::kUvsUnit, "TESSLOD_UVS", "tessLodUvs");
-        addVertexWords(&LodLevel::colors, AssetPages::kColorsUnit, "TESSLOD_COLORS", "tessLodColors");
+        addVertexWords(_asset.hasUvs(), &LodLevel::uvs, AssetPages::kUvsUnit, "TESSLOD_UVS", "tessLodUvs");
+        addVertexWords(_asset.hasColors(), &LodLevel::colors, AssetPages::kColorsUnit, "TESSLOD_COLORS", "tessLodColors");
         return std::move(_page);
     }
 
-    AssetPage deformedPage(std::uint32_t first, std::uint32_t end)
+    AssetPage deformedPage(std::uint32_t first, std::uint32_t end, const PageDetail& detail)
     {
-        _page = AssetPage{first, end - first, _layout.whole(), {}, new osg::StateSet};
+        _page = AssetPage{first, end - first, detail, {}, new osg::StateSet};
         addDeformedPatches();
         if (_page.detail.normals == 0) { addParameters(); }
         return std::move(_page);
@@ -192,16 +196,15 @@ private:
     }
 
     /// A word of each vertex of those levels that have any, one level after the other. Shifts: what to take off a vertex's
-    /// index for that of its word; −1 for levels without; null where all levels have words or none. Nothing is added where no
-    /// level of the asset has words; where none of the page's has, the shaders are told of words all the same: they are the same ones.
-    void addVertexWords(std::vector<std::uint32_t> LodLevel::*wordsOfLevel, unsigned unit, const char* define,
-                        const char* sampler, const char* shiftUniform = nullptr)
+    /// index for that of its word; −1 for levels without; null where all levels have words or none. Nothing is added unless some
+    /// level of the asset `hasWords`; where none of the page's has, the shaders are told of words all the same: they are the same ones.
+    void addVertexWords(bool hasWords, std::vector<std::uint32_t> LodLevel::*wordsOfLevel, unsigned unit,
+                        const char* define, const char* sampler, const char* shiftUniform = nullptr)
     {
         const osg::ref_ptr<osg::UIntArray> words = new osg::UIntArray;
         std::vector<std::int32_t> shifts;
         std::size_t without = 0; // vertices before the level that have no words
-        const auto hasWords = [&](const LodLevel& level) { return !(level.*wordsOfLevel).empty(); };
-        if (std::none_of(_asset.levels.begin(), _asset.levels.end(), hasWords)) { return; }
+        if (!hasWords) { return; }
         for (std::size_t level = 0; level < _page.detail.levels; ++level) {
             const std::vector<std::uint32_t>& all = _asset.levels[level].*wordsOfLevel;
             shifts.push_back(all.empty() ? -1 : static_cast<std::int32_t>(without));
@@ -219,8 +222,12 @@ private:
 
     void addParameters()
     {
-        addVertexWords(&LodLevel::parameters, AssetPages::kParametersUnit, "TESSLOD_PARAMETERS", "tessLodParameters",
-                       "tessLodParameterShifts");
+        bool hasParameters = false;
+        for (std::size_t level = 0; level < _asset.levels.size(); ++level) {
+            hasParameters = hasParameters || _source.hasParameters(level);
+        }
+        addVertexWords(hasParameters, &LodLevel::parameters, AssetPages::kParametersUnit, "TESSLOD_PARAMETERS",
+                       "tessLodParameters", "tessLodParameterShifts");
     }
 
     /// Per patch its base vertices in rising order and the corners that they are; then the gradients of the weights of corners 1 and 2.
@@ -291,7 +298,8 @@ private:
         state.addUniform(new osg::Uniform("tessLodNormalLevelCount", static_cast<int>(_page.detail.normals)));
     }
 
-    const LodAsset& _asset;
+    const StreamedAsset& _source;
+    const LodAsset& _asset; ///< its frame
     const Layout& _layout;
     AssetPage _page; ///< being made
 };
@@ -315,15 +323,20 @@ void AssetPage::resizeGLObjectBuffers(unsigned maxSize) const
     for (const TexelBuffer& buffer : buffers) { buffer.resizeGLObjectBuffers(maxSize); }
 }
 
-AssetPages::AssetPages(const LodAsset& asset, std::int64_t maxTexels)
-    : _asset(asset)
-    , _layout(std::make_unique<const Layout>(asset, maxTexels))
+AssetPages::AssetPages(const StreamedAsset& asset, std::int64_t maxTexels)
+    : _source(asset)
+    , _asset(asset.frame())
+    , _layout(std::make_unique<const Layout>(_asset, maxTexels))
 {
-    for (std::uint32_t first = 0; first < asset.patches.size();) {
+    PageDetail least;
+    for (std::uint32_t first = 0; first < _asset.patches.size();) {
         const std::uint32_t end = _layout->endOfPage(first);
         _ranges.push_back(range(first, end));
+        least = PageDetail::both(least, _ranges.back().least);
         first = end;
     }
+    _source.read(least.levels, least.normals);
+    if (!whole().covers(least)) { throw AssetError(_source.takeFault()); }
     VideoMemory::shared().add(*this);
 }
 
@@ -334,7 +347,30 @@ AssetPages::~AssetPages()
 
 PageDetail AssetPages::whole() const
 {
-    return _layout->whole();
+    return PageDetail::common(_layout->whole(), {_source.levelCount(), _source.normalCount()});
+}
+
+void AssetPages::warnOfFault() const
+{
+    const std::string fault = _source.takeFault();
+    if (!fault.empty()) { OSG_WARN << "osgTessLOD: what is finer is not shown: " << fault << std::endl; }
+}
+
+/// Reads, and returns what of it there is.
+PageDetail AssetPages::read(const PageDetail& detail) const
+{
+    const PageDetail wanted = PageDetail::common(detail, whole());
+    _source.read(wanted.levels, wanted.normals);
+    warnOfFault();
+    return PageDetail::common(wanted, whole());
+}
+
+PageDetail AssetPages::readAhead(const PageDetail& detail) const
+{
+    const PageDetail wanted = PageDetail::common(detail, whole());
+    _source.readAhead(wanted.levels, wanted.normals);
+    warnOfFault();
+    return PageDetail::common(wanted, {_source.levelsRead(), _source.normalsRead()});
 }
 
 /// Of the patches from `first` on, before `end`.
@@ -342,8 +378,7 @@ AssetPages::Range AssetPages::range(std::uint32_t first, std::uint32_t end) cons
 {
     Range range{first, end - first, {}, {}};
     const PageDetail whole = _layout->whole();
-    unsigned levels = 1;
-    while (levels < whole.levels && _asset.ladder[levels] <= kLeastFactor) { ++levels; }
+    unsigned levels = _asset.levelsUpTo(kLeastFactor);
     for (std::uint32_t p = first; p < end; ++p) {
         const LodPatch& patch = _asset.patches[p];
         const osg::Vec3f center(patch.boundCenter[0], patch.boundCenter[1], patch.boundCenter[2]);
@@ -361,7 +396,7 @@ AssetPages::Range AssetPages::range(std::uint32_t first, std::uint32_t end) cons
 std::shared_ptr<const AssetPage> AssetPages::make(std::size_t page, const PageDetail& detail) const
 {
     const auto& [first, count, extent, least] = _ranges[page];
-    return std::make_shared<const AssetPage>(Maker(_asset, *_layout).page(first, first + count, detail));
+    return std::make_shared<const AssetPage>(Maker(_source, *_layout).page(first, first + count, read(detail)));
 }
 
 std::uint64_t AssetPages::bytes(std::size_t page, const PageDetail& detail) const
@@ -369,10 +404,9 @@ std::uint64_t AssetPages::bytes(std::size_t page, const PageDetail& detail) cons
     const auto& [first, count, extent, least] = _ranges[page];
     constexpr std::uint64_t kWord = 4;
     std::uint64_t bytes = kWord * count * (Layout::rowSize(detail.levels) + Layout::normalTexels(detail.normals));
+    const std::uint64_t attributes = (_asset.hasUvs() ? 1 : 0) + (_asset.hasColors() ? 1 : 0);
     for (std::size_t level = 0; level < detail.levels; ++level) {
-        const LodLevel& of = _asset.levels[level];
-        const std::uint64_t words = (of.uvs.empty() ? 0 : 1) + (of.colors.empty() ? 0 : 1) +
-                                    (of.parameters.empty() || detail.normals == 0 ? 0 : 1);
+        const std::uint64_t words = attributes + (detail.normals > 0 && _source.hasParameters(level) ? 1 : 0);
         bytes += (sizeof(LodVertex) + words * kWord) * _layout->verticesOf(level, first, first + count);
     }
     return bytes;
@@ -387,6 +421,11 @@ std::size_t AssetPages::pageOf(std::uint32_t patch) const
 
 AssetPages::Resident AssetPages::acquire(const osg::State& state, const std::vector<PageDetail>& needed) const
 {
+    if (!VideoMemory::shared().limits().any()) { // now, while nobody has to wait for it
+        PageDetail most;
+        for (const PageDetail& detail : needed) { most = PageDetail::both(most, detail); }
+        read(most);
+    }
     return VideoMemory::shared().acquire(*this, state, needed);
 }
 
@@ -399,9 +438,10 @@ const std::vector<AssetPage>& AssetPages::deformedPages() const
 {
     const std::lock_guard<std::mutex> lock(_mutex);
     if (_deformedPages.empty()) {
-        Maker maker(_asset, *_layout);
+        Maker maker(_source, *_layout);
+        const PageDetail detail = read(whole());
         for (const Range& range : _ranges) {
-            _deformedPages.push_back(maker.deformedPage(range.firstPatch, range.firstPatch + range.patchCount));
+            _deformedPages.push_back(maker.deformedPage(range.firstPatch, range.firstPatch + range.patchCount, detail));
         }
     }
     return _deformedPages;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
-#include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/asset/StreamedAsset.h>
 #include <osgTessLOD/render/TexelBuffer.h>
 
 #include <osg/BoundingSphere>
@@ -27,6 +27,11 @@ struct PageDetail {
 
     bool covers(const PageDetail& o) const { return levels >= o.levels && normals >= o.normals; }
     bool operator==(const PageDetail& o) const { return levels == o.levels && normals == o.normals; }
+    /// What both cover.
+    static PageDetail common(const PageDetail& a, const PageDetail& b)
+    {
+        return {std::min(a.levels, b.levels), std::min(a.normals, b.normals)};
+    }
     /// What covers both and no more.
     static PageDetail both(const PageDetail& a, const PageDetail& b)
     {
@@ -66,14 +71,14 @@ public:
     /// Most levels that the shaders know: factors 1, 2, 4, 6 … 64.
     static constexpr std::size_t kMaxLevels = 33;
     /// Of a page that nobody needs there are the levels up to this factor, and normals of twice it.
-    static constexpr unsigned kLeastFactor = 8;
+    static constexpr unsigned kLeastFactor = StreamedAsset::kLeastFactor;
 
     /// One per page. What is drawn with them keeps them.
     using Resident = std::vector<std::shared_ptr<const AssetPage>>;
 
-    /// The asset must be valid, and outlive the pages. A page has one patch at least: without normals, any fits the 65,536 texels that every context
+    /// The asset must outlive the pages. Throws AssetError if the least of them cannot be read. A page has one patch at least: without normals, any fits the 65,536 texels that every context
     /// allows. Where one patch's normals would need more than `maxTexels`, their finest resolutions are left out.
-    AssetPages(const LodAsset& asset, std::int64_t maxTexels);
+    AssetPages(const StreamedAsset& asset, std::int64_t maxTexels);
 
     std::size_t size() const { return _ranges.size(); }
     /// Index of the page that has the patch.
@@ -85,11 +90,13 @@ public:
     };
     const Extent& extent(std::size_t page) const { return _ranges[page].extent; }
 
-    /// All that the asset has.
+    /// All that the asset has and that can be read.
     PageDetail whole() const;
+    /// What is read of `detail`, of which reading the next goes on in another thread.
+    PageDetail readAhead(const PageDetail& detail) const;
     /// What there always is of a page: nothing is drawn coarser, and no seam without its own level.
     PageDetail least(std::size_t page) const { return _ranges[page].least; }
-    /// Makes a page anew.
+    /// Makes a page anew, of what can be read of `detail`.
     std::shared_ptr<const AssetPage> make(std::size_t page, const PageDetail& detail) const;
     /// Bytes that it would have.
     std::uint64_t bytes(std::size_t page, const PageDetail& detail) const;
@@ -136,7 +143,11 @@ private:
     template <typename Visit> void forEachMade(const Visit& visit) const;
     Range range(std::uint32_t first, std::uint32_t end) const;
 
-    const LodAsset& _asset;
+    PageDetail read(const PageDetail& detail) const;
+    void warnOfFault() const;
+
+    const StreamedAsset& _source;
+    const LodAsset& _asset; ///< its frame
     std::unique_ptr<const Layout> _layout;
     std::vector<Range> _ranges;
     mutable std::vector<Slot> _slots;               ///< VideoMemory's, under its lock

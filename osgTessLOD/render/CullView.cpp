@@ -147,7 +147,7 @@ bool updateNearFar(osgUtil::CullVisitor& visitor, const TessLODDrawable& drawabl
     case osg::CullSettings::COMPUTE_NEAR_FAR_USING_PRIMITIVES:
     case osg::CullSettings::COMPUTE_NEAR_USING_PRIMITIVES:
         if (leaf.isSelectedWhenDrawn()) { return byBounds(); }
-        return depthsOfPatches(leaf, *drawable.getAsset(), matrix).apply(visitor);
+        return depthsOfPatches(leaf, drawable.getGpuAsset()->asset(), matrix).apply(visitor);
     default:
         if (leaf.placements().set.valid()) {
             return depthsOfPlacements(leaf, drawable.surfaceBounds(), matrix).apply(visitor);

@@ -15,23 +15,28 @@
 
 namespace osgTessLOD {
 
-GpuAsset::GpuAsset(std::shared_ptr<const LodAsset> asset)
-    : _asset(std::move(asset))
-    , _selector(*_asset)
-    , _surface(*_asset)
+GpuAsset::GpuAsset(std::shared_ptr<const StreamedAsset> asset)
+    : _source(std::move(asset))
+    , _selector(_source->frame())
+    , _surface(_source->frame())
     , _programs(PatchPrograms::shared())
     , _sortState(new osg::StateSet)
 {
-    const LodAsset& a = *_asset;
+    const LodAsset& a = this->asset();
     _bounds.set(a.boundsMin[0], a.boundsMin[1], a.boundsMin[2], a.boundsMax[0], a.boundsMax[1], a.boundsMax[2]);
     pagesWithin(kPageTexels); // now: most contexts want them, and draw threads should not wait
+}
+
+GpuAsset::GpuAsset(std::shared_ptr<const LodAsset> asset)
+    : GpuAsset(std::make_shared<const StreamedAsset>(std::move(asset)))
+{
 }
 
 GpuAsset::~GpuAsset() = default;
 
 const DeformableAsset& GpuAsset::deformable() const
 {
-    std::call_once(_deformableOnce, [this] { _deformable = std::make_unique<DeformableAsset>(*_asset); });
+    std::call_once(_deformableOnce, [this] { _deformable = std::make_unique<DeformableAsset>(*_source->whole()); });
     return *_deformable;
 }
 
@@ -39,14 +44,14 @@ const AssetPages& GpuAsset::pagesWithin(std::int64_t maxTexels) const
 {
     const std::lock_guard<std::mutex> lock(_pagesMutex);
     osg::ref_ptr<AssetPages>& pages = _pages[maxTexels];
-    if (!pages.valid()) { pages = new AssetPages(*_asset, maxTexels); }
+    if (!pages.valid()) { pages = new AssetPages(*_source, maxTexels); }
     return *pages;
 }
 
 void GpuAsset::warnOnce(const std::string& why) const
 {
     if (!_warned.exchange(true)) {
-        OSG_WARN << "osgTessLOD: cannot draw \"" << _asset->source << "\": " << why << std::endl;
+        OSG_WARN << "osgTessLOD: cannot draw \"" << asset().source << "\": " << why << std::endl;
     }
 }
 
@@ -57,7 +62,7 @@ const AssetPages* GpuAsset::pagesFor(osg::State& state) const
         warnOnce("OpenGL 3.3 is needed");
         return nullptr;
     }
-    if (_asset->levels.size() > AssetPages::kMaxLevels) {
+    if (asset().levels.size() > AssetPages::kMaxLevels) {
         warnOnce("its ladder has more than " + std::to_string(AssetPages::kMaxLevels) + " levels");
         return nullptr;
     }
@@ -80,11 +85,13 @@ const ShaderSelection* GpuAsset::shaderSelectionFor(osg::State& state) const
 
 osg::ref_ptr<SurfaceProxy> GpuAsset::proxy(const PickingOptions& options) const
 {
-    const unsigned level = SurfaceProxy::levelFor(_selector, _asset->levels.size(), options);
+    const unsigned wanted = SurfaceProxy::levelFor(_selector, _source->levelCount(), options);
+    _source->read(wanted + 1, 0);
+    const unsigned level = std::min(wanted, _source->levelCount() - 1);
     const std::lock_guard<std::mutex> lock(_proxyMutex);
     osg::ref_ptr<SurfaceProxy> proxy;
     if (!_proxies[level].lock(proxy)) {
-        proxy = new SurfaceProxy(*_asset, _selector, _surface, level);
+        proxy = new SurfaceProxy(asset(), _selector, _surface, level);
         _proxies[level] = proxy;
     }
     return proxy;
@@ -102,7 +109,7 @@ void GpuAsset::compileGLObjects(osg::State& state, const std::vector<const osg::
         state.pushStateSet(set);
     }
     _programs->compileGLObjects(state, Backend::Instanced);
-    if (DrawContext::of(state).canTessellate(state, _asset->ladder)) {
+    if (DrawContext::of(state).canTessellate(state, asset().ladder)) {
         _programs->compileGLObjects(state, Backend::Tessellation);
     }
     for (std::size_t k = 0; k < more.size(); ++k) { state.popStateSet(); }

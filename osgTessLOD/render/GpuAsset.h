@@ -2,7 +2,7 @@
 #pragma once
 
 #include <osgTessLOD/Export.h>
-#include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/asset/StreamedAsset.h>
 #include <osgTessLOD/render/MorphedSurface.h>
 #include <osgTessLOD/render/PatchSelector.h>
 #include <osgTessLOD/render/SurfaceProxy.h>
@@ -35,15 +35,20 @@ public:
     /// The same where the control shader selects, which sees one page.
     static constexpr std::int64_t kSelectedPageTexels = std::int64_t{1} << 27;
 
+    /// Not null. Throws AssetError where it has to read and cannot.
+    explicit GpuAsset(std::shared_ptr<const StreamedAsset> asset);
     /// The asset must be valid; not null.
     explicit GpuAsset(std::shared_ptr<const LodAsset> asset);
 
-    const LodAsset& asset() const { return *_asset; }
+    const StreamedAsset& source() const { return *_source; }
+    /// Its frame: what is per vertex of a level is there only as far as it was read.
+    const LodAsset& asset() const { return _source->frame(); }
     const PatchSelector& selector() const { return _selector; }
     const MorphedSurface& surface() const { return _surface; }
     const osg::BoundingBox& bounds() const { return _bounds; }
 
     /// What deformations have in common. Made when first asked for, in a time proportional to the number of vertices; any thread.
+    /// Throws AssetError if the asset cannot be read in full.
     const DeformableAsset& deformable() const;
 
     /// Empty: brings together in the render bin what is drawn with the same buffers.
@@ -58,7 +63,7 @@ public:
     /// where it cannot select there.
     const ShaderSelection* shaderSelectionFor(osg::State& state) const;
 
-    /// The surface at one level as triangles. Made when first asked for, kept as long as somebody holds it; any thread.
+    /// The surface at one level, or the finest that can be read, as triangles. Made when first asked for, kept as long as somebody holds it; any thread.
     osg::ref_ptr<SurfaceProxy> proxy(const PickingOptions& options) const;
 
     /// `more`: what is drawn with beside the asset's own state, which may ask for other variants of programs.
@@ -73,7 +78,7 @@ private:
     const AssetPages& pagesWithin(std::int64_t maxTexels) const;
     void warnOnce(const std::string& why) const;
 
-    std::shared_ptr<const LodAsset> _asset;
+    std::shared_ptr<const StreamedAsset> _source;
     mutable std::once_flag _deformableOnce;
     mutable std::unique_ptr<const DeformableAsset> _deformable;
     PatchSelector _selector;

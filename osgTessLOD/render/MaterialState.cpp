@@ -2,6 +2,7 @@
 #include <osgTessLOD/render/MaterialState.h>
 
 #include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/render/GpuAsset.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 
 #include <osg/Image>
@@ -117,8 +118,8 @@ void addTextures(const LodMaterial& material, ImageTextures& textures, osg::Stat
 void addMaterialStates(TessLODDrawable& drawable, const std::string& folder, const osgDB::Options* options,
                        bool hasImages)
 {
-    if (drawable.getAsset() == nullptr) { return; }
-    const LodAsset& asset = *drawable.getAsset();
+    if (drawable.getGpuAsset() == nullptr) { return; }
+    const LodAsset& asset = drawable.getGpuAsset()->asset();
     ImageTextures textures(asset, folder, options);
     for (std::size_t m = 0; m < asset.materials.size(); ++m) {
         const LodMaterial& material = asset.materials[m];

@@ -63,11 +63,13 @@ MorphedSurface::MorphedSurface(const LodAsset& asset)
     for (std::size_t level = 0; level < levelCount; ++level) {
         const std::vector<std::uint32_t> slots = asset.levelSlots(level);
         const std::uint64_t count = TessellationPattern::vertexCount(asset.ladder[level]);
+        std::uint64_t end = _levelStarts.back();
         for (std::size_t p = 0; p < slots.size(); ++p) {
             if (slots[p] == kNoPatch) { continue; }
-            _patchTable[p * stride + 3 + level] = static_cast<std::int32_t>(_levelStarts.back() + slots[p] * count);
+            _patchTable[p * stride + 3 + level] = static_cast<std::int32_t>(end);
+            end += count;
         }
-        _levelStarts.push_back(_levelStarts.back() + asset.levels[level].vertices.size());
+        _levelStarts.push_back(end);
     }
 }
 

@@ -11,7 +11,8 @@
 namespace osgTessLOD {
 
 /// Vertices of an asset at continuous levels, on the CPU: twin of shaders/tesslod_surface.glsl, to the bit; weights to 10⁻⁷ where
-/// nothing is deformed. Keeps a reference to the asset, which must outlive it.
+/// nothing is deformed. Keeps a reference to the asset, which must outlive it; levels need not be there before points of theirs, or of
+/// the next finer one, are asked for.
 class OSGTESSLOD_EXPORT MorphedSurface {
 public:
     using Vec3 = std::array<float, 3>;

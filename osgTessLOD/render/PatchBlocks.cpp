@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <osgTessLOD/render/PatchBlocks.h>
 
+#include <osgTessLOD/asset/StreamedAsset.h>
 #include <osgTessLOD/render/ControlMeshDeformation.h>
 #include <osgTessLOD/render/DeformableAsset.h>
 #include <osgTessLOD/render/DeformedPatch.h>
@@ -19,12 +20,14 @@ namespace osgTessLOD {
 
 namespace {
 
-/// The middle of the displaced border: what FirstOrder sees the error from. Both sides have the same bits.
+/// The middle of the displaced border, as the finest level has it that is always there: what FirstOrder sees the error from. Both
+/// sides have the same bits.
 osg::Vec3f borderMiddle(const LodAsset& asset, const MorphedSurface& surface, std::uint32_t patch, std::uint32_t side)
 {
     const unsigned finest = asset.edges[asset.patches[patch].edges[side]].finestLevel;
-    const std::uint32_t factor = asset.ladder[finest];
-    const auto level = static_cast<float>(finest);
+    const unsigned drawn = std::min(finest, asset.levelsUpTo(StreamedAsset::kLeastFactor) - 1);
+    const std::uint32_t factor = asset.ladder[drawn];
+    const auto level = static_cast<float>(drawn);
     const auto point = [&](std::uint32_t index) {
         const auto p = surface.tessLodSurfacePoint(patch, {level, level, level}, index % (3 * factor)).position;
         return osg::Vec3f(p[0], p[1], p[2]);

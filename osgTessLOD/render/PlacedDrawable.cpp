@@ -2,6 +2,7 @@
 #include <osgTessLOD/render/PlacedDrawable.h>
 
 #include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/render/GpuAsset.h>
 
 #include <osg/MatrixTransform>
 #include <osg/NodeVisitor>
@@ -35,10 +36,11 @@ public:
 osg::ref_ptr<osg::Node> placeAtOrigin(TessLODDrawable& drawable)
 {
     drawable.getBound(); // now, so that no cull thread has to
-    const auto& asset = drawable.getAsset();
-    const osg::Vec3d origin =
-        asset != nullptr ? osg::Vec3d(asset->lattice.origin[0], asset->lattice.origin[1], asset->lattice.origin[2])
-                         : osg::Vec3d();
+    osg::Vec3d origin;
+    if (drawable.getGpuAsset() != nullptr) {
+        const std::array<double, 3>& of = drawable.getGpuAsset()->asset().lattice.origin;
+        origin.set(of[0], of[1], of[2]);
+    }
     if (origin == osg::Vec3d()) { return &drawable; }
 
     osg::ref_ptr<osg::MatrixTransform> transform = new osg::MatrixTransform(osg::Matrixd::translate(origin));

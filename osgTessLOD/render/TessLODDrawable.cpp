@@ -54,7 +54,6 @@ TessLODDrawable::TessLODDrawable(std::shared_ptr<const LodAsset> asset)
 
 TessLODDrawable::TessLODDrawable(const TessLODDrawable& other, const osg::CopyOp& copyop)
     : osg::Drawable(other, copyop)
-    , _asset(other._asset)
     , _gpuAsset(other._gpuAsset)
     , _materialStates(other._materialStates)
     , _deformation(other._deformation)
@@ -71,17 +70,25 @@ TessLODDrawable::~TessLODDrawable() = default;
 
 void TessLODDrawable::setAsset(std::shared_ptr<const LodAsset> asset)
 {
-    _asset = std::move(asset);
-    _gpuAsset = _asset != nullptr ? new GpuAsset(_asset) : nullptr;
+    setStreamedAsset(asset != nullptr ? std::make_shared<const StreamedAsset>(std::move(asset)) : nullptr);
+}
+
+void TessLODDrawable::setStreamedAsset(std::shared_ptr<const StreamedAsset> asset)
+{
+    _gpuAsset = asset != nullptr ? new GpuAsset(std::move(asset)) : nullptr;
     _materialStates.clear();
     _deformation = nullptr;
     _fileName.clear();
     surfaceChanged();
 }
 
+std::shared_ptr<const LodAsset> TessLODDrawable::getAsset() const
+{
+    return _gpuAsset.valid() ? _gpuAsset->source().whole() : nullptr;
+}
+
 void TessLODDrawable::shareAsset(const TessLODDrawable& other)
 {
-    _asset = other._asset;
     _gpuAsset = other._gpuAsset;
     _materialStates = other._materialStates;
     _deformation = other._deformation;
@@ -102,7 +109,8 @@ osg::StateSet* TessLODDrawable::getMaterialState(std::size_t material) const
 
 void TessLODDrawable::setDeformation(osg::ref_ptr<const ControlMeshDeformation> deformation)
 {
-    if (deformation.valid() && &deformation->asset().asset() != _asset.get()) {
+    const LodAsset* const own = _gpuAsset.valid() ? &_gpuAsset->asset() : nullptr;
+    if (deformation.valid() && &deformation->asset().asset() != own) {
         OSG_WARN << "TessLODDrawable::setDeformation: the deformation is another asset's" << std::endl;
         deformation = nullptr;
     }
@@ -157,7 +165,7 @@ bool TessLODDrawable::selectsWhenDrawn() const
 {
     // What is of several materials is drawn in parts, for which it has to be known.
     return _options.selector == SelectionOptions::Selector::Gpu && _options.backend != Backend::Instanced &&
-           _asset->patchMaterials.empty() && !_deformation.valid();
+           _gpuAsset->asset().patchMaterials.empty() && !_deformation.valid();
 }
 
 std::vector<const osg::StateSet*> TessLODDrawable::moreStates(osg::State& state) const

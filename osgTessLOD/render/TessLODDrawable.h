@@ -17,6 +17,7 @@
 namespace osgTessLOD {
 
 struct LodAsset;
+class StreamedAsset;
 class ControlMeshDeformation;
 class CullView;
 class GpuAsset;
@@ -40,7 +41,11 @@ public:
     /// The asset must be valid (LodAsset::validate); it is shared and never changed. Null: nothing is drawn. The file name,
     /// the deformation and states of materials are forgotten.
     void setAsset(std::shared_ptr<const LodAsset> asset);
-    const std::shared_ptr<const LodAsset>& getAsset() const { return _asset; }
+    /// The same with an asset that is read as it is needed. Throws AssetError if its beginning cannot be.
+    void setStreamedAsset(std::shared_ptr<const StreamedAsset> asset);
+    /// The whole asset; null without one. Reads what of it was not: throws AssetError if that cannot be. See getGpuAsset()->asset()
+    /// for what one need not wait for.
+    std::shared_ptr<const LodAsset> getAsset() const;
     /// Asset, GL objects, deformation, states of materials and file name are `other`'s from now on, too.
     void shareAsset(const TessLODDrawable& other);
 
@@ -73,6 +78,7 @@ public:
     void setSelectionObserver(SelectionObserver* observer);
     SelectionObserver* getSelectionObserver() const;
 
+    /// Null without an asset.
     GpuAsset* getGpuAsset() const;
 
     /// Around the surface, deformed or not, in the asset's space. There is an asset.
@@ -118,7 +124,6 @@ protected:
 private:
     bool selectsWhenDrawn() const;
 
-    std::shared_ptr<const LodAsset> _asset;
     osg::ref_ptr<GpuAsset> _gpuAsset;
     std::vector<osg::ref_ptr<osg::StateSet>> _materialStates; ///< those that are set, up to the last
     osg::ref_ptr<const ControlMeshDeformation> _deformation;

@@ -52,7 +52,7 @@ public:
                 next[level] += static_cast<std::size_t>(count);
             }
         }
-        const std::uint64_t all = drawable.getAsset()->patches.size() * placements.matrices().size();
+        const std::uint64_t all = drawable.getGpuAsset()->asset().patches.size() * placements.matrices().size();
         _statistics.culledPatches = all - _statistics.patches;
         return new PatchSelection(drawable.getGpuAsset(), std::move(records), std::move(_statistics), view,
                                   drawable.getOptions().backend, std::move(where), drawable.getDeformation());

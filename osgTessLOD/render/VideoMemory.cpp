@@ -114,7 +114,8 @@ AssetPages::Resident VideoMemory::acquire(const AssetPages& pages, const osg::St
     for (std::size_t page = 0; page < needed.size(); ++page) {
         if (needed[page].levels == 0) { continue; }
         AssetPages::Slot& slot = pages._slots[page];
-        slot.needed = slot.frame == frame ? PageDetail::both(slot.needed, needed[page]) : needed[page];
+        const PageDetail own = PageDetail::common(needed[page], pages.whole());
+        slot.needed = slot.frame == frame ? PageDetail::both(slot.needed, own) : own;
         slot.frame = frame;
         if (!_limits.any() && !slot.page->detail.covers(slot.needed)) {
             replace(pages, page, PageDetail::both(slot.page->detail, slot.needed));
@@ -172,9 +173,8 @@ std::vector<VideoMemory::Growth> VideoMemory::waiting(std::uint64_t frame) const
         for (std::size_t page = 0; page < pages->size(); ++page) {
             const AssetPages::Slot& slot = pages->_slots[page];
             const PageDetail& present = slot.page->detail;
-            if (slot.frame == frame && !present.covers(slot.needed)) {
-                growths.push_back({pages, page, slot.needed, present, present});
-            }
+            if (slot.frame != frame || present.covers(slot.needed)) { continue; }
+            growths.push_back({pages, page, pages->readAhead(slot.needed), present, present});
         }
     }
     return growths;

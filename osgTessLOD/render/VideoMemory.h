@@ -21,6 +21,7 @@ namespace osgTessLOD {
 ///
 /// Without limits, what a draw needs is there at once and stays. With them a frame is drawn with what there was as it began, the
 /// same for all of an asset's parts in one context, so that borders stay closed: patches and borders that are to be finer wait for the next frames.
+/// What was not yet read from its file is read in another thread meanwhile; without limits, by the draw that needs it.
 /// Whatever is drawn then keeps no error; what there always is of a page (AssetPages::least) is not subject to limits.
 class OSGTESSLOD_EXPORT VideoMemory {
 public:

@@ -3,6 +3,7 @@
 
 #include <osgTessLOD/asset/LodAsset.h>
 #include <osgTessLOD/asset/TlodFile.h>
+#include <osgTessLOD/render/GpuAsset.h>
 #include <osgTessLOD/render/PlacedDrawable.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 
@@ -45,7 +46,7 @@ std::string reasonOf(const ReadResult& result)
 /// A name for a file of the drawable's asset, without extension.
 std::string baseName(const TessLODDrawable& drawable)
 {
-    const std::string& name = drawable.getName().empty() ? drawable.getAsset()->source : drawable.getName();
+    const std::string& name = drawable.getName().empty() ? drawable.getGpuAsset()->asset().source : drawable.getName();
     std::string base = osgDB::getStrippedName(name);
     std::replace_if(
         base.begin(), base.end(), [](unsigned char c) { return c < ' ' || c == ':' || c == '"'; }, '_');

@@ -86,7 +86,7 @@ constexpr const char* kData = "Data";
 
 bool checkAsset(const TessLODDrawable& drawable)
 {
-    return drawable.getAsset() != nullptr || !drawable.getFileName().empty();
+    return drawable.getGpuAsset() != nullptr || !drawable.getFileName().empty();
 }
 
 void readData(osgDB::InputStream& is, TessLODDrawable& drawable, const std::string& text)
@@ -130,7 +130,7 @@ std::string nameToStore(const TessLODDrawable& drawable, const osgDB::Options* o
     if (!hint.empty() && !includes && !writesOut) {
         osgTessLOD::throwBadOption(osgTessLOD::kAssetHint, hint, osgTessLOD::kAssetHintValues);
     }
-    const bool hasAsset = drawable.getAsset() != nullptr;
+    const bool hasAsset = drawable.getGpuAsset() != nullptr;
     if (hasAsset && includes) { return {}; }
     if (!drawable.getFileName().empty()) { return osgTessLOD::referenceTo(drawable.getFileName(), options); }
     return writesOut ? osgTessLOD::writeBeside(drawable, options) : std::string();

@@ -2,7 +2,7 @@
 // The OSG plugin for .tlod files. What is read becomes one TessLODDrawable, named after the file; under a translation
 // where the asset's frame is not the source's. A scene without one is baked before it is written, by the plugin tesslod.
 #include <osgTessLOD/asset/AssetImages.h>
-#include <osgTessLOD/asset/LodAsset.h>
+#include <osgTessLOD/asset/StreamedAsset.h>
 #include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/render/MaterialState.h>
 #include <osgTessLOD/render/PlacedDrawable.h>
@@ -25,14 +25,29 @@ namespace osgTessLOD {
 
 namespace {
 
+/// Of a file, read as it is needed.
+std::shared_ptr<const StreamedAsset> openAsset(const std::string& path, const osgDB::Options* options)
+{
+    StreamedAsset::Options reading;
+    reading.normals = !isOptionSet(options, kNoTextures);
+    return std::make_shared<const StreamedAsset>(path, reading);
+}
+
+std::shared_ptr<const StreamedAsset> readAsset(std::istream& stream, const std::string& name, const osgDB::Options* options)
+{
+    auto asset = std::make_shared<LodAsset>(readTlod(stream, name));
+    if (isOptionSet(options, kNoTextures)) { asset->normals = NormalTexture(); }
+    return std::make_shared<const StreamedAsset>(asset);
+}
+
 /// `path` is empty for an asset that is not from a file.
-osg::ref_ptr<osg::Node> makeNode(LodAsset asset, const std::string& path, const osgDB::Options* options)
+osg::ref_ptr<osg::Node> makeNode(std::shared_ptr<const StreamedAsset> asset, const std::string& path,
+                                 const osgDB::Options* options)
 {
     SelectionOptions selection;
     applyOptions(options, selection);
-    if (isOptionSet(options, kNoTextures)) { asset.normals = NormalTexture(); }
-    const osg::ref_ptr<TessLODDrawable> drawable =
-        new TessLODDrawable(std::make_shared<const LodAsset>(std::move(asset)));
+    const osg::ref_ptr<TessLODDrawable> drawable = new TessLODDrawable;
+    drawable->setStreamedAsset(std::move(asset));
     drawable->setOptions(selection);
     drawable->setName(osgDB::getSimpleFileName(path));
     if (!path.empty()) { drawable->setFileName(std::filesystem::absolute(path).lexically_normal().string()); }
@@ -54,18 +69,18 @@ std::shared_ptr<const LodAsset> assetOf(const std::vector<PlacedDrawable>& scene
                                  std::to_string(scene.size()) + "; .osgt, .osgb and .osgx files hold them all");
     }
     const auto& [drawable, matrix] = scene.front();
-    if (!drawable->getAsset()) { throw std::runtime_error("the scene's TessLODDrawable has no asset"); }
+    const std::shared_ptr<const LodAsset> asset = drawable->getAsset();
+    if (asset == nullptr) { throw std::runtime_error("the scene's TessLODDrawable has no asset"); }
     if (dynamic_cast<const TessLODInstances*>(drawable.get()) != nullptr) {
         throw std::runtime_error("a .tlod file cannot hold placements; .osgt, .osgb and .osgx files do");
     }
-    const bool hasImages = !drawable->getAsset()->materials.empty();
-    if (matrix.isIdentity() && !hasImages) { return drawable->getAsset(); }
+    if (matrix.isIdentity() && asset->materials.empty()) { return asset; }
 
     const osg::Vec3d origin = matrix.getTrans();
     if (matrix != osg::Matrixd::translate(origin)) {
         throw std::runtime_error("a .tlod file cannot hold a rotated or scaled TessLODDrawable");
     }
-    auto moved = std::make_shared<LodAsset>(*drawable->getAsset());
+    auto moved = std::make_shared<LodAsset>(*asset);
     if (!matrix.isIdentity()) { moved->lattice.origin = {origin.x(), origin.y(), origin.z()}; }
     moveReferences(*moved, folderOf(*drawable), folder);
     return moved;
@@ -124,13 +139,13 @@ public:
         if (!acceptsExtension(osgDB::getLowerCaseFileExtension(fileName))) { return ReadResult::FILE_NOT_HANDLED; }
         const std::string path = osgDB::findDataFile(fileName, options);
         if (path.empty()) { return ReadResult::FILE_NOT_FOUND; }
-        return guarded<ReadResult>(path, [&] { return ReadResult(makeNode(readTlod(path), path, options)); });
+        return guarded<ReadResult>(path, [&] { return ReadResult(makeNode(openAsset(path, options), path, options)); });
     }
 
     ReadResult readNode(std::istream& stream, const Options* options) const override
     {
         const std::string name = "(stream)";
-        return guarded<ReadResult>(name, [&] { return ReadResult(makeNode(readTlod(stream, name), "", options)); });
+        return guarded<ReadResult>(name, [&] { return ReadResult(makeNode(readAsset(stream, name, options), "", options)); });
     }
 
     WriteResult writeObject(const osg::Object& object, const std::string& fileName,

@@ -211,7 +211,8 @@ INSTANTIATE_TEST_SUITE_P(Backends, SkippedWork, testing::Values(Backend::Tessell
 /// All that is sent to the GPU of an asset.
 std::uint64_t bytesOf(const LodAsset& asset)
 {
-    const osg::ref_ptr<AssetPages> pages = new AssetPages(asset, std::int64_t{1} << 27);
+    const StreamedAsset whole(std::make_shared<const LodAsset>(asset));
+    const osg::ref_ptr<AssetPages> pages = new AssetPages(whole, std::int64_t{1} << 27);
     std::uint64_t bytes = 0;
     for (std::size_t k = 0; k < pages->size(); ++k) { bytes += pages->make(k, pages->whole())->bytes(); }
     return bytes;

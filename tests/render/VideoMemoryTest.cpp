@@ -6,17 +6,26 @@
 
 #include <asset/SyntheticAsset.h>
 
+#include <osgTessLOD/asset/AssetError.h>
+#include <osgTessLOD/asset/StreamedAsset.h>
+#include <osgTessLOD/asset/TlodFile.h>
 #include <osgTessLOD/render/AssetPages.h>
 #include <osgTessLOD/render/DrawContext.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <osgTessLOD/render/VideoMemory.h>
 
+#include <support/TemporaryDirectory.h>
+
 #include <osg/FrameStamp>
 
+#include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <set>
+#include <sstream>
+#include <string>
 #include <vector>
 
 namespace osgTessLOD {
@@ -35,6 +44,13 @@ PageDetail detailOf(const AssetPages& pages)
     PageDetail detail;
     for (const auto& page : pages.resident()) { detail = PageDetail::both(detail, page->detail); }
     return detail;
+}
+
+std::string bytesOf(const LodAsset& asset)
+{
+    std::ostringstream stream;
+    writeTlod(stream, asset);
+    return stream.str();
 }
 
 constexpr int kSize = 160;
@@ -176,6 +192,93 @@ TEST_P(VideoMemoryView, whatIsNotDrawnGivesWayAndComesBack)
         EXPECT_LE(VideoMemory::shared().statistics().bytes, limit) << "not even where both are wanted whole";
     }
 }
+
+/// The same asset, read from a file as it is needed.
+class StreamedView : public VideoMemoryView {
+protected:
+    StreamedView()
+    {
+        writeTlod(path, *asset);
+        source = std::make_shared<const StreamedAsset>(path, StreamedAsset::Options{true, 0});
+        streamed->setStreamedAsset(source);
+        streamed->setOptions(drawable->getOptions());
+        viewer.setSceneData(drawable.get());
+        lookFrom(10.0);
+        picture(); // the first picture of a context may be brighter
+    }
+
+    /// Of the asset that is all there.
+    std::vector<unsigned char> expected()
+    {
+        viewer.setSceneData(drawable.get());
+        std::vector<unsigned char> made = picture();
+        viewer.setSceneData(streamed.get());
+        return made;
+    }
+    PageDetail read() const { return {source->levelsRead(), source->normalsRead()}; }
+    const AssetPages& streamedPages()
+    {
+        return *streamed->getGpuAsset()->pagesFor(*viewer.getCamera()->getGraphicsContext()->getState());
+    }
+
+    const TemporaryDirectory folder;
+    const std::string path = folder.file("streamed.tlod");
+    std::shared_ptr<const StreamedAsset> source;
+    osg::ref_ptr<TessLODDrawable> streamed = new TessLODDrawable;
+};
+
+TEST_P(StreamedView, readsWhatIsDrawnAndNoMore)
+{
+    EXPECT_EQ(read(), streamedPages().least(0)) << "to begin with";
+    for (const double distance : {kFar, 20.0, 3.0, kFar}) {
+        lookFrom(distance);
+        EXPECT_EQ(expected(), picture()) << distance;
+        EXPECT_EQ(read(), detailOf(streamedPages())) << distance;
+        EXPECT_EQ(read() == streamedPages().whole(), distance < 20.0 || detailOf(pages()) == pages().whole()) << distance;
+    }
+    EXPECT_EQ(bytesOf(*streamed->getAsset()), bytesOf(*asset));
+}
+
+TEST_P(StreamedView, underLimitsReadsMeanwhile)
+{
+    lookFrom(3.0);
+    const std::vector<unsigned char> whole = expected();
+    VideoMemory::shared().setLimits({std::uint64_t{1} << 40, VideoMemory::Limits::kNone});
+    unsigned frames = 0;
+    do {
+        const PageDetail before = read();
+        viewer.frame();
+        EXPECT_TRUE(before == PageDetail::common(before, detailOf(streamedPages())) || frames == 0 ||
+                    before.covers(detailOf(streamedPages())))
+            << frames;
+        source->read(read().levels, read().normals); // waits for what is being read
+    } while (VideoMemory::shared().statistics().waitingPages > 0 && ++frames < 1000);
+    EXPECT_GT(frames, 2U);
+    EXPECT_EQ(picture(), whole);
+}
+
+TEST_P(StreamedView, showsWhatItHasWhereTheFileIsGone)
+{
+    viewer.setSceneData(streamed.get());
+    lookFrom(20.0);
+    picture();
+    const PageDetail before = read();
+    ASSERT_FALSE(before == streamedPages().whole());
+    std::filesystem::remove(path);
+    lookFrom(3.0);
+    for (int k = 0; k < 3; ++k) {
+        const std::vector<unsigned char> shown = picture();
+        EXPECT_TRUE(std::any_of(shown.begin(), shown.end(), [&](unsigned char c) { return c != shown.front(); }));
+        EXPECT_EQ(detailOf(streamedPages()), before);
+        EXPECT_EQ(streamedPages().whole(), before);
+    }
+    EXPECT_THROW(streamed->getAsset(), AssetError);
+    EXPECT_NE(streamed->getPickingSurface(), nullptr) << "of what there is";
+    EXPECT_EQ(streamed->getPickingSurface()->level(), before.levels - 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryBackend, StreamedView, testing::Values(Backend::Tessellation, Backend::Instanced),
+                         [](const auto& named) { return std::string(nameOf(named.param)); });
 
 INSTANTIATE_TEST_SUITE_P(EveryBackend, VideoMemoryView, testing::Values(Backend::Tessellation, Backend::Instanced),
                          [](const auto& named) { return std::string(nameOf(named.param)); });
