@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Normals from the per-patch triangular grids (NormalTexture in asset/LodAsset.h).
+// Normals from the per-patch triangular grids (NormalTexture in asset/LodAsset.h), or from an image over the surface's texture
+// coordinates (LodTexture::Role::ObjectNormal).
 //
 // Shared text: pasted behind the #version line of the stages that need it.
 //
@@ -7,6 +8,7 @@
 //                              other, in each all patches' grids in order
 //     tessLodPatchCount        patches in the buffer
 //     tessLodNormalLevelCount  resolutions stored (≥ 1)
+//     tessLodNormalMap         (n + 1) / 2                                    (with TESSLOD_NORMAL_MAP)
 
 #if defined(TESSLOD_NORMALS)
 uniform usamplerBuffer tessLodNormals;
@@ -71,6 +73,17 @@ vec3 tessLodPatchNormal(int patchId, vec3 weights, float footprint)
     vec3 n = tessLodGridNormal(patchId, inside, level);
     float t = wanted - float(level);
     if (t > 0.0) { n = mix(n, tessLodGridNormal(patchId, inside, level + 1), t); }
+    return dot(n, n) > 0.0 ? normalize(n) : vec3(0.0, 0.0, 1.0);
+}
+#endif
+
+#if defined(TESSLOD_NORMAL_MAP)
+uniform sampler2D tessLodNormalMap;
+
+// Normal in object space, unit.
+vec3 tessLodMappedNormal(vec2 texCoord)
+{
+    vec3 n = 2.0 * texture(tessLodNormalMap, texCoord).xyz - 1.0;
     return dot(n, n) > 0.0 ? normalize(n) : vec3(0.0, 0.0, 1.0);
 }
 #endif

@@ -5,14 +5,14 @@
 // and tesslod_shade.glsl.
 // In: tessLodEyePosition    eye space
 //     tessLodWeights        corner weights in the patch, tessLodFragmentPatch   (with TESSLOD_NORMALS)
-//     tessLodUndeformedPosition  the asset's space, see tesslod_deformation.glsl (with TESSLOD_NORMALS and TESSLOD_DEFORMATION)
+//     tessLodUndeformedPosition  the asset's space, see tesslod_deformation.glsl (with TESSLOD_DEFORMATION and normals of either kind)
 //     tessLodLevel          continuous level                                    (with TESSLOD_COLOR_BY_LEVEL)
 //     tessLodFragmentPlacement, tessLodPlacements  see tesslod_placement.glsl       (with TESSLOD_PLACEMENTS)
 // Out: gl_FragColor
-#pragma import_defines(TESSLOD_NORMALS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL, TESSLOD_UNFILLED, TESSLOD_PLACEMENTS, TESSLOD_DEFORMATION)
+#pragma import_defines(TESSLOD_NORMALS, TESSLOD_NORMAL_MAP, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL, TESSLOD_UNFILLED, TESSLOD_PLACEMENTS, TESSLOD_DEFORMATION)
 
 in vec3 tessLodEyePosition;
-#if defined(TESSLOD_NORMALS)
+#if defined(TESSLOD_NORMALS) || (defined(TESSLOD_NORMAL_MAP) && defined(TESSLOD_DEFORMATION))
 in vec3 tessLodWeights;
 flat in int tessLodFragmentPatch;
 #if defined(TESSLOD_DEFORMATION)
@@ -83,6 +83,10 @@ void tessLodOrient(inout TessLodFragment fragment)
     // A step along an edge by a part d of it changes two weights by d each: length √2 · d.
     float footprint = 0.70710678 * max(length(dFdx(tessLodWeights)), length(dFdy(tessLodWeights)));
     vec3 normal = tessLodPatchNormal(tessLodFragmentPatch, tessLodWeights, footprint);
+#elif defined(TESSLOD_NORMAL_MAP)
+    vec3 normal = tessLodMappedNormal(tessLodTexCoord.xy);
+#endif
+#if defined(TESSLOD_NORMALS) || defined(TESSLOD_NORMAL_MAP)
     bool mirrors = false;
 #if defined(TESSLOD_DEFORMATION)
     normal = tessLodDeformedNormal(

@@ -7,20 +7,20 @@
 // Out: tessLodObjectPosition  the drawable's space (captured by PatchSelection::capture)
 //      tessLodEyePosition     eye space
 //      tessLodWeights         corner weights of the point in its patch, morphed as the position is
-//      tessLodUndeformedPosition  the asset's space                             (with TESSLOD_NORMALS and TESSLOD_DEFORMATION)
+//      tessLodUndeformedPosition  the asset's space                             (with TESSLOD_DEFORMATION and either of TESSLOD_NORMALS and TESSLOD_NORMAL_MAP)
 //      tessLodLevel           continuous level at the vertex
 //      tessLodFragmentPatch   the patch, within the buffers
 //      tessLodFragmentPlacement  set by the stage, before it puts a vertex      (with TESSLOD_PLACEMENTS)
 //      tessLodTexCoord        texture coordinates u, v, and how much of the point has any (0 … 1), morphed likewise
 //      tessLodColor           the source's colour, morphed likewise
-#pragma import_defines(TESSLOD_NORMALS, TESSLOD_PARAMETERS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL, TESSLOD_PLACEMENTS, TESSLOD_DEFORMATION)
+#pragma import_defines(TESSLOD_NORMALS, TESSLOD_NORMAL_MAP, TESSLOD_PARAMETERS, TESSLOD_UVS, TESSLOD_COLORS, TESSLOD_COLOR_BY_LEVEL, TESSLOD_PLACEMENTS, TESSLOD_DEFORMATION)
 
 out vec3 tessLodObjectPosition;
 out vec3 tessLodEyePosition;
 #if defined(TESSLOD_PLACEMENTS)
 flat out int tessLodFragmentPlacement;
 #endif
-#if defined(TESSLOD_NORMALS)
+#if defined(TESSLOD_NORMALS) || (defined(TESSLOD_NORMAL_MAP) && defined(TESSLOD_DEFORMATION))
 out vec3 tessLodWeights;
 flat out int tessLodFragmentPatch;
 #if defined(TESSLOD_DEFORMATION)
@@ -53,7 +53,7 @@ void tessLodPutVertex(int patchId, vec3 edgeLevels, int index)
     tessLodEyePosition = eyePosition.xyz;
     gl_Position = gl_ModelViewProjectionMatrix * vec4(point.position, 1.0);
     gl_ClipVertex = eyePosition;
-#if defined(TESSLOD_NORMALS)
+#if defined(TESSLOD_NORMALS) || (defined(TESSLOD_NORMAL_MAP) && defined(TESSLOD_DEFORMATION))
     tessLodWeights = point.weights;
     tessLodFragmentPatch = patchId;
 #if defined(TESSLOD_DEFORMATION)

@@ -13,9 +13,10 @@ struct LodTexture {
     enum class Role : std::uint8_t {
         Color,  ///< of the surface, what light is multiplied with
         Normal, ///< tangent space
-        Other   ///< kept for shaders of one's own
+        Other,  ///< kept for shaders of one's own
+        ObjectNormal ///< (n + 1) / 2 of unit normals n along the asset's axes, which the surface is lit by
     };
-    static constexpr std::uint32_t kRoles = 3;
+    static constexpr std::uint32_t kRoles = 4;
 
     Role role = Role::Color;
     /// What the source says it is for, such as "map_Kd".

@@ -8,6 +8,7 @@
 #include <osgTessLOD/bake/BuiltinSurface.h>
 #include <osgTessLOD/bake/ChartError.h>
 #include <osgTessLOD/bake/ElevationMap.h>
+#include <osgTessLOD/bake/ImageFiles.h>
 #include <osgTessLOD/bake/NormalBaker.h>
 #include <osgTessLOD/bake/PatchChart.h>
 #include <osgTessLOD/bake/RefinedPatches.h>
@@ -96,6 +97,10 @@ void checkLevels(const BakeOptions& options)
 {
     if ((options.normalResolution & (options.normalResolution - 1)) != 0) {
         throw AssetError("the resolution of normals must be a power of two, not " + std::to_string(options.normalResolution));
+    }
+    const unsigned map = options.normalMap;
+    if (map != 0 && ((map & (map - 1)) != 0 || map > kMaxNormalMap)) {
+        throw AssetError(fmt::format("the size of a normal map must be a power of two up to {}, not {}", kMaxNormalMap, map));
     }
     ladderOf(options);
     const auto& names = techniqueNames();
@@ -338,6 +343,10 @@ void checkSource(const std::string& source, const BakeOptions& options)
         (!options.base.empty() || !options.displacement.empty() || options.smoothingSteps > 0)) {
         throw AssetError(source + ": only meshes have base meshes, displacement maps and smoothing");
     }
+    if (options.normalMap != 0 && (isBuiltin(source) || isHeightFile(source) || !options.displacement.empty() ||
+                                   options.controlMesh.elevation || !options.uvs)) {
+        throw AssetError(source + ": only meshes that are baked with their texture coordinates have normal maps over them");
+    }
     if (options.tile && !isHeightFile(source)) { throw AssetError(source + ": only height images have tiles"); }
     if (!options.base.empty() && !options.displacement.empty()) {
         throw AssetError("with a displacement map the source itself is the base mesh");
@@ -403,6 +412,12 @@ PatchedSurface levelsOf(MappedSource mapped, const BakeOptions& options, Progres
     const std::vector<std::uint16_t> ladder = ladderOf(adapted);
     PatchedSurface surface;
     surface.map = std::move(mapped.map);
+    if (options.normalMap != 0) {
+        surface.normalMaps = timed(report, "normal map", [&] {
+            const CornerNormals normals = cornerNormals(*mapped.source, options.controlMesh.creaseAngleRadians);
+            return makeNormalMaps(*mapped.source, normals, options.normalMap, progress);
+        });
+    }
     surface.charts = timed(report, "charts", [&] {
         return makeCharts(*surface.map, kReferenceOversampling * adapted.maxFactor, progress);
     });
@@ -423,6 +438,26 @@ tbb::global_control limitThreads(const BakeOptions& options)
 {
     return {tbb::global_control::max_allowed_parallelism,
             options.threads != 0 ? options.threads : static_cast<std::size_t>(tbb::info::default_concurrency())};
+}
+
+/// Puts the images into the asset.
+void addNormalMaps(const std::vector<NormalMap>& maps, LodAsset& asset, BakeReport& report)
+{
+    if (!maps.empty() && asset.materials.empty()) { asset.materials.emplace_back(); }
+    for (const NormalMap& map : maps) {
+        if (map.material >= asset.materials.size()) {
+            throw AssetError(report.source + ": a normal map needs the materials of the base mesh to be the source's");
+        }
+        const std::string name = maps.size() == 1 ? "normals.png" : fmt::format("normals_{}.png", map.material);
+        const std::string bytes = imageFiles().encode(name, map.image);
+        asset.images.push_back({name, {bytes.begin(), bytes.end()}});
+        asset.materials[map.material].textures.push_back({LodTexture::Role::ObjectNormal, "normals", name});
+        report.normalMaps.push_back({map.material, map.coverage, map.coveredTwice});
+        if (map.coveredTwice > 0.0) {
+            report.warnings.push_back(fmt::format("{:.3f} % of what its texture coordinates cover of {} is covered twice",
+                                                  100.0 * map.coveredTwice, name));
+        }
+    }
 }
 
 /// Errors, lattice, attributes and normals of the surface that `make` makes of the source of this name.
@@ -449,7 +484,8 @@ LodAsset bakeSurface(const std::string& source, const BakeOptions& options, Prog
                                     report.tile->count, report.tile->count);
     }
     asset.sourceTriangles = surface.map->sourceTriangles();
-    if (options.normals) {
+    addNormalMaps(surface.normalMaps, asset, report);
+    if (options.normals && surface.normalMaps.empty()) {
         asset.normals = timed(report, "normals", [&] {
             const unsigned most = surface.charts.factor;
             const unsigned resolution = options.normalResolution == 0 ? most : std::min(options.normalResolution, most);
@@ -551,6 +587,10 @@ std::string BakeReport::toJson() const
         if (hasUvs) { json["levels"].back()["largest_uv_error"] = level.largestUvError; }
     }
     if (hasUvs) { json["uv_step"] = uvStep; }
+    for (const NormalMapReport& map : normalMaps) {
+        json["normal_maps"].push_back(
+            {{"material", map.material}, {"coverage", map.coverage}, {"covered_twice", map.coveredTwice}});
+    }
     json["finest_vertices"] = stored.finestVertices;
     json["finest_triangles"] = stored.finestTriangles;
     json["largest_finest_error"] = stored.largestFinestError;

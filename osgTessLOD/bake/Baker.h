@@ -9,6 +9,7 @@
 #include <osgTessLOD/bake/HeightField.h>
 #include <osgTessLOD/bake/HeightTile.h>
 #include <osgTessLOD/bake/LevelHierarchy.h>
+#include <osgTessLOD/bake/NormalMap.h>
 #include <osgTessLOD/bake/PatchChart.h>
 #include <osgTessLOD/bake/PatchMap.h>
 #include <osgTessLOD/bake/Progress.h>
@@ -57,6 +58,9 @@ struct BakeOptions {
     /// Normals along a side of each patch, a power of two; 0: as many as the reference has, twice the factor of the finest level,
     /// which is also the most.
     unsigned normalResolution = 0;
+    /// Of a mesh: bake its normals as an image of so many texels a side, a power of two, over its texture coordinates instead
+    /// (makeNormalMaps); 0: per patch.
+    unsigned normalMap = 0;
     bool uvs = true;                        ///< bake a mesh's texture coordinates, whose seams become borders of patches
     /// Called with the map and the factor of its finest level once both are known, before levels are made; may throw. Empty: nothing is.
     std::function<void(const PatchMap& map, unsigned finestFactor)> useMap;
@@ -65,6 +69,13 @@ struct BakeOptions {
 
 /// The techniques by which levels can be made.
 OSGTESSLOD_EXPORT const std::vector<std::string>& techniqueNames();
+
+/// What the texture coordinates of a material make of its normal map.
+struct NormalMapReport {
+    std::uint16_t material = 0;
+    double coverage = 0.0;     ///< NormalMap's
+    double coveredTwice = 0.0;
+};
 
 /// What a bake did and took.
 struct BakeReport {
@@ -86,6 +97,7 @@ struct BakeReport {
     std::uint64_t patches = 0;
     double diagonal = 0.0;                  ///< of the source's bounding box, source units
     double largestChartError = 0.0;         ///< source units; 0 where the charts are the reference
+    std::vector<NormalMapReport> normalMaps;
     bool hasUvs = false;
     double uvStep = 0.0;                    ///< between texture coordinates that can be stored
     AssetSummary stored;
@@ -102,6 +114,7 @@ struct PatchedSurface {
     std::unique_ptr<PatchMap> map;
     ChartSet charts;
     LevelHierarchy hierarchy;
+    std::vector<NormalMap> normalMaps; ///< BakeOptions::normalMap
 };
 
 /// The first part of bakeSource: all but errors, lattice and normals. Adds to the report what it did.

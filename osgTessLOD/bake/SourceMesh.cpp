@@ -34,7 +34,9 @@ RawMesh parseByExtension(const std::string& path)
     using Parser = RawMesh (*)(const std::string&);
     const Parser parse = extension == ".ply" ? parsePly : extension == ".obj" ? parseObj
                          : extension == ".off" ? parseOff : extension == ".stl" ? parseStl : nullptr;
-    if (!parse) { throw AssetError("unknown mesh format '" + extension + "' (known: ply, obj, off, stl)"); }
+    if (!parse) {
+        throw AssetError("unknown format '" + extension + "' (known: meshes .ply, .obj, .off, .stl; heights .png, .tif, .exr, .hgt)");
+    }
     const std::string content = readFile(path);
     if (content.empty()) { throw AssetError("the file is empty"); }
     return parse(content);

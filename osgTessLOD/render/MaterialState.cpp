@@ -9,6 +9,7 @@
 #include <osg/Material>
 #include <osg/StateSet>
 #include <osg/Texture2D>
+#include <osg/Uniform>
 #include <osgDB/FileNameUtils>
 #include <osgDB/ReadFile>
 #include <osgDB/Registry>
@@ -23,6 +24,7 @@ namespace {
 constexpr unsigned kColorUnit = 0;
 constexpr unsigned kNormalUnit = 1;
 constexpr unsigned kUnits = 8; ///< those above are the surface's own
+constexpr unsigned kObjectNormalUnit = 9; ///< below those of AssetPages
 
 /// The textures of an asset's images, each made once.
 class ImageTextures {
@@ -94,10 +96,32 @@ void addReflectance(const LodReflectance& reflectance, osg::StateSet& state)
     state.setRenderingHint(osg::StateSet::TRANSPARENT_BIN);
 }
 
-void addTextures(const LodMaterial& material, ImageTextures& textures, osg::StateSet& state)
+/// What the surface's shaders light it by.
+void addNormalMap(osg::Texture2D* map, const UvLattice& uvs, osg::StateSet& state)
+{
+    if (map == nullptr) { return; }
+    map->setInternalFormatMode(osg::Texture::USE_USER_DEFINED_FORMAT);
+    map->setInternalFormat(GL_RGB10_A2); // a tenth of a degree, in the bytes of eight bits a channel
+    for (const std::size_t axis : {0U, 1U}) { // what is at one border is next to the other only where the image repeats
+        const float largest = uvs.origin[axis] + uvs.step[axis] * static_cast<float>(UvLattice::kUnits);
+        map->setWrap(axis == 0 ? osg::Texture::WRAP_S : osg::Texture::WRAP_T,
+                     uvs.origin[axis] < 0.0F || largest > 1.0F ? osg::Texture::REPEAT : osg::Texture::CLAMP_TO_EDGE);
+    }
+    map->setResizeNonPowerOfTwoHint(false);
+    map->setMaxAnisotropy(4.0F);
+    state.setTextureAttribute(kObjectNormalUnit, map);
+    state.addUniform(new osg::Uniform("tessLodNormalMap", static_cast<int>(kObjectNormalUnit)));
+    state.setDefine("TESSLOD_NORMAL_MAP");
+}
+
+void addTextures(const LodAsset& asset, const LodMaterial& material, ImageTextures& textures, osg::StateSet& state)
 {
     unsigned other = kNormalUnit + 1;
     for (const LodTexture& texture : material.textures) {
+        if (texture.role == LodTexture::Role::ObjectNormal) {
+            if (asset.hasUvs()) { addNormalMap(textures.textureOf(texture).get(), asset.uvLattice, state); }
+            continue;
+        }
         const unsigned unit = texture.role == LodTexture::Role::Color    ? kColorUnit
                               : texture.role == LodTexture::Role::Normal ? kNormalUnit
                                                                          : other++;
@@ -126,7 +150,7 @@ void addMaterialStates(TessLODDrawable& drawable, const std::string& folder, con
         const osg::ref_ptr<osg::StateSet> state = new osg::StateSet;
         state->setName(material.name);
         if (material.hasReflectance) { addReflectance(material.reflectance, *state); }
-        if (hasImages) { addTextures(material, textures, *state); }
+        if (hasImages) { addTextures(asset, material, textures, *state); }
         drawable.setMaterialState(m, state);
     }
 }

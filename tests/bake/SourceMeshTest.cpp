@@ -580,8 +580,8 @@ TEST_F(ImportMesh, NamesTheFaultOfFilesThatAreNone)
         expectFault(std::string("empty.") + extension, "", "empty");
         expectFault(std::string("garbage.") + extension, garbage, "");
     }
-    expectFault("mesh.gltf", "{}", "unknown mesh format '.gltf'");
-    expectFault("none", "ply", "unknown mesh format");
+    expectFault("mesh.gltf", "{}", "unknown format '.gltf' (known: meshes .ply, .obj, .off, .stl; heights .png, .tif, .exr, .hgt)");
+    expectFault("none", "ply", "unknown format ''");
     expectFault("points.obj", kQuadObj, "no faces");
     expectFault("nothing.ply", plyHeader("ascii", "0", "0"), "no vertices");
 }

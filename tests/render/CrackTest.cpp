@@ -7,18 +7,23 @@
 #include <asset/SyntheticAsset.h>
 
 #include <osgTessLOD/bake/Baker.h>
+#include <osgTessLOD/render/PlacedDrawable.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <support/RandomDirection.h>
+#include <support/TemporaryDirectory.h>
 
 #include <osg/CullFace>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <memory>
 #include <random>
 #include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace osgTessLOD {
 namespace {
@@ -192,6 +197,8 @@ protected:
         return levels;
     }
 
+    std::size_t holesBetween(const std::vector<LodAsset>& assets);
+
     WarningCollector warnings;
     std::mt19937 random{2024};
     osg::ref_ptr<Snapshot> snapshot = new Snapshot;
@@ -266,6 +273,92 @@ TEST_P(Cracks, areNowhereBetweenAnyTwoLevels)
             EXPECT_EQ(neighbours.size(), levels * (levels + 1) / 2);
         }
     }
+}
+
+/// Hills, 97 × 97 samples 10 apart, as a file of heights.
+void writeHills(const std::string& path)
+{
+    constexpr int kSide = 97;
+    std::ofstream file(path, std::ios::binary);
+    for (int r = 0; r < kSide; ++r) {
+        for (int c = 0; c < kSide; ++c) {
+            const auto height = static_cast<int>(std::lround(300.0 + 30.0 * std::sin(0.17 * c) * std::cos(0.13 * r) +
+                                                             3.0 * std::sin(0.9 * c + 0.5 * r)));
+            file << static_cast<char>(height >> 8) << static_cast<char>(height & 0xFF);
+        }
+    }
+}
+
+/// Two by two tiles, baked apart.
+const std::vector<LodAsset>& bakedTiles()
+{
+    static const std::vector<LodAsset> tiles = [] {
+        const TemporaryDirectory folder;
+        const std::string path = folder.file("N46E007.hgt");
+        writeHills(path);
+        bake::BakeOptions options;
+        options.maxFactor = 16;
+        options.normals = false;
+        options.heights.spacing = {{10.0, 10.0}};
+        options.tolerance = 0.002;
+        std::vector<LodAsset> made;
+        for (std::uint32_t k = 0; k < 4; ++k) {
+            options.tile = bake::TileChoice{k % 2, k / 2, 2};
+            bake::Progress progress;
+            bake::BakeReport report;
+            made.push_back(bake::bakeSource(path, options, progress, report));
+            EXPECT_TRUE(made.back().hasSeams());
+        }
+        return made;
+    }();
+    return tiles;
+}
+
+/// Pixels of the background between tiles, seen from above in 100 views.
+std::size_t Cracks::holesBetween(const std::vector<LodAsset>& assets)
+{
+    const osg::ref_ptr<osg::Group> terrain = new osg::Group;
+    std::vector<osg::ref_ptr<TessLODDrawable>> tiles;
+    for (const LodAsset& asset : assets) {
+        tiles.push_back(new TessLODDrawable(std::make_shared<const LodAsset>(asset)));
+        terrain->addChild(placeAtOrigin(*tiles.back()).get());
+    }
+    show(terrain.get());
+    const osg::BoundingSphere around = terrain->getBound();
+    std::size_t holes = 0;
+    for (int k = 0; k < 100; ++k) {
+        SelectionOptions options;
+        options.backend = GetParam();
+        options.errorPixels = std::exp(uniform(-1.0, 3.5));
+        options.bound = k % 2 == 0 ? SelectionOptions::Bound::Conservative : SelectionOptions::Bound::FirstOrder;
+        for (const auto& tile : tiles) { tile->setOptions(options); }
+        // Steeper than the slopes, so that no hill hides ground behind it.
+        const double azimuth = uniform(0.0, 6.3);
+        const double slope = uniform(1.1, 1.57);
+        const osg::Vec3d from(std::cos(azimuth) * std::cos(slope), std::sin(azimuth) * std::cos(slope), std::sin(slope));
+        const double distance = around.radius() * std::exp(uniform(0.2, 1.6));
+        viewer.getCamera()->setProjectionMatrixAsPerspective(40.0, 1.0, 0.01 * distance, 10.0 * distance);
+        viewer.getCamera()->setViewMatrixAsLookAt(around.center() + from * distance, around.center(),
+                                                  osg::Vec3d(-std::sin(azimuth), std::cos(azimuth), 0.0));
+        const Background background = picture();
+        EXPECT_GT(background.covered(), 100U) << k;
+        holes += background.holes();
+    }
+    return holes;
+}
+
+TEST_P(Cracks, areNowhereBetweenTilesBakedApart)
+{
+    EXPECT_EQ(holesBetween(bakedTiles()), 0U);
+}
+
+TEST_P(Cracks, areSeenBetweenTilesWithoutSeams)
+{
+    std::vector<LodAsset> alone = bakedTiles();
+    for (LodAsset& tile : alone) {
+        for (LodEdge& edge : tile.edges) { edge.coarsestLevel = 0; }
+    }
+    EXPECT_GT(holesBetween(alone), 0U);
 }
 
 TEST_P(Cracks, areSeenWhereThereAreSome)

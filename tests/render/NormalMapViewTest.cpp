@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+// Surfaces lit by a normal map over their own texture coordinates look as by normals per patch.
+#include <render/Poses.h>
+#include <render/ViewerTest.h>
+
+#include <osgTessLOD/bake/Baker.h>
+#include <osgTessLOD/render/GpuAsset.h>
+#include <osgTessLOD/render/MaterialState.h>
+#include <osgTessLOD/render/TessLODDrawable.h>
+#include <osgTessLOD/render/TessLODInstances.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+namespace osgTessLOD {
+namespace {
+
+constexpr int kSize = 200;
+constexpr double kPi = 3.14159265358979323846;
+
+/// A bumpy torus about z, whose texture coordinates are its angles.
+bake::SourceMesh torus()
+{
+    constexpr std::uint32_t kAround = 120;
+    constexpr std::uint32_t kAcross = 60;
+    bake::SourceMesh mesh;
+    mesh.name = "torus";
+    for (std::uint32_t j = 0; j < kAcross; ++j) {
+        for (std::uint32_t i = 0; i < kAround; ++i) {
+            const double a = 2.0 * kPi * i / kAround;
+            const double b = 2.0 * kPi * j / kAcross;
+            const double r = 0.35 + 0.03 * std::sin(7.0 * a) * std::cos(3.0 * b);
+            mesh.positions.emplace_back((1.0 + r * std::cos(b)) * std::cos(a), (1.0 + r * std::cos(b)) * std::sin(a), r * std::sin(b));
+        }
+    }
+    const auto add = [&](const std::array<std::array<std::uint32_t, 2>, 3>& corners) {
+        std::array<std::uint32_t, 3>& triangle = mesh.triangles.emplace_back();
+        std::array<Eigen::Vector2f, 3>& uvs = mesh.uvs.emplace_back();
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto [i, j] = corners[k];
+            triangle[k] = j % kAcross * kAround + i % kAround;
+            uvs[k] = {static_cast<float>(i) / kAround, static_cast<float>(j) / kAcross};
+        }
+    };
+    for (std::uint32_t j = 0; j < kAcross; ++j) {
+        for (std::uint32_t i = 0; i < kAround; ++i) {
+            add({{{i, j}, {i + 1, j}, {i + 1, j + 1}}});
+            add({{{i, j}, {i + 1, j + 1}, {i, j + 1}}});
+        }
+    }
+    return mesh;
+}
+
+enum class Normals { PerPatch, Map, None };
+
+std::shared_ptr<const LodAsset> baked(Normals normals)
+{
+    bake::BakeOptions options;
+    options.technique = "uniform"; // the same levels with and without normals
+    options.maxFactor = 32;
+    options.normals = normals == Normals::PerPatch;
+    options.normalMap = normals == Normals::Map ? 512 : 0;
+    bake::Progress progress;
+    bake::BakeReport report;
+    return std::make_shared<const LodAsset>(bake::bakeMesh(torus(), options, progress, report));
+}
+
+class NormalMapView : public testing::TestWithParam<Backend> {
+protected:
+    NormalMapView()
+    {
+        viewer.setThreadingModel(osgViewer::Viewer::SingleThreaded);
+        setUpHeadless(*viewer.getCamera(), kSize, kSize);
+        viewer.getCamera()->setFinalDrawCallback(snapshot.get());
+        viewer.setSceneData(root.get());
+        viewer.realize();
+        static const std::array<std::shared_ptr<const LodAsset>, 3> assets{baked(Normals::PerPatch), baked(Normals::Map),
+                                                                           baked(Normals::None)};
+        perPatch = new TessLODDrawable(assets[0]);
+        mapped = new TessLODDrawable(assets[1]);
+        none = new TessLODDrawable(assets[2]);
+        lookFrom(osg::Vec3d(0.0, -5.0, 3.0));
+        show(*none, 0.5); // the first picture of a context may be brighter
+    }
+
+    std::vector<unsigned char> show(TessLODDrawable& drawable, double errorPixels)
+    {
+        SelectionOptions options;
+        options.backend = GetParam();
+        options.errorPixels = errorPixels;
+        drawable.setOptions(options);
+        addMaterialStates(drawable, "", nullptr, true);
+        root->removeChildren(0, root->getNumChildren());
+        root->addChild(&drawable);
+        viewer.frame();
+        const osg::Image& image = snapshot->image();
+        return {image.data(), image.data() + image.getTotalSizeInBytes()};
+    }
+    void lookFrom(const osg::Vec3d& eye)
+    {
+        viewer.getCamera()->setViewMatrixAsLookAt(eye, osg::Vec3d(), osg::Vec3d(0.0, 0.0, 1.0));
+    }
+
+    struct Difference {
+        double mean = 0.0;   ///< of channels, of pixels that are not background
+        double beyond8 = 0.0; ///< share of these pixels
+    };
+    static Difference difference(const std::vector<unsigned char>& a, const std::vector<unsigned char>& b)
+    {
+        Difference result;
+        std::size_t pixels = 0;
+        for (std::size_t p = 0; p + 2 < a.size(); p += 3) {
+            if (std::equal(&a[p], &a[p] + 3, &a[0])) { continue; } // the picture's corner is background
+            int largest = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const int off = std::abs(a[p + k] - b[p + k]);
+                largest = std::max(largest, off);
+                result.mean += off / 3.0;
+            }
+            result.beyond8 += largest > 8 ? 1.0 : 0.0;
+            ++pixels;
+        }
+        EXPECT_GT(pixels, 4000U);
+        result.mean /= static_cast<double>(pixels);
+        result.beyond8 /= static_cast<double>(pixels);
+        return result;
+    }
+
+    osg::ref_ptr<TessLODDrawable> perPatch;
+    osg::ref_ptr<TessLODDrawable> mapped;
+    osg::ref_ptr<TessLODDrawable> none;
+    osg::ref_ptr<Snapshot> snapshot = new Snapshot;
+    osg::ref_ptr<osg::Group> root = new osg::Group;
+    osgViewer::Viewer viewer;
+};
+
+/// Both are the source's normals: the map's of 10 bits a channel, which is 0.1 degrees, 0.5 of 255. At silhouettes, where a pixel goes
+/// over many texels, the two are filtered differently, the more of the picture the smaller things are.
+constexpr double kMean = 0.8;
+constexpr double kBeyond8 = 0.015;
+
+TEST_P(NormalMapView, looksAsWithNormalsPerPatch)
+{
+    for (const osg::Vec3d& eye : {osg::Vec3d(0.0, -5.0, 3.0), osg::Vec3d(4.0, 1.0, 4.0), osg::Vec3d(0.5, 0.5, -5.0)}) {
+        lookFrom(eye);
+        const Difference off = difference(show(*perPatch, 0.5), show(*mapped, 0.5));
+        EXPECT_LT(off.mean, kMean);
+        EXPECT_LT(off.beyond8, kBeyond8);
+        const Difference without = difference(show(*perPatch, 0.5), show(*none, 0.5));
+        EXPECT_GT(without.mean, 2.0 * off.mean) << "or the test shows nothing";
+    }
+}
+
+TEST_P(NormalMapView, keepsTheSourcesNormalsAtCoarseLevels)
+{
+    lookFrom(osg::Vec3d(2.0, -4.0, 3.0));
+    const Difference off = difference(show(*perPatch, 6.0), show(*mapped, 6.0));
+    const Difference without = difference(show(*perPatch, 6.0), show(*none, 6.0));
+    EXPECT_LT(off.mean, 0.2 * without.mean);
+}
+
+TEST_P(NormalMapView, followsDeformations)
+{
+    for (const double time : {0.4, 2.0}) {
+        for (TessLODDrawable* drawable : {perPatch.get(), mapped.get(), none.get()}) {
+            drawable->setDeformation(new ControlMeshDeformation(
+                drawable->getGpuAsset(), poseOf(drawable->getGpuAsset()->asset(), bending, time)));
+        }
+        lookFrom(osg::Vec3d(1.0, -6.0, 3.0));
+        const Difference off = difference(show(*perPatch, 0.5), show(*mapped, 0.5));
+        EXPECT_LT(off.mean, kMean);
+        EXPECT_LT(off.beyond8, kBeyond8);
+        perPatch->setDeformation(nullptr);
+        EXPECT_GT(difference(show(*mapped, 0.5), show(*perPatch, 0.5)).mean, 10.0) << "it is bent";
+    }
+}
+
+TEST_P(NormalMapView, turnsWithPlacements)
+{
+    const std::vector<osg::Matrixd> places{osg::Matrixd::rotate(1.0, 1.0, 0.5, 0.0) * osg::Matrixd::scale(0.5, 0.6, 0.5) *
+                                               osg::Matrixd::translate(-0.8, 0.0, 0.0),
+                                           osg::Matrixd::rotate(2.5, 0.0, 1.0, 0.3) * osg::Matrixd::scale(-0.5, 0.5, 0.5) *
+                                               osg::Matrixd::translate(0.8, 0.0, 0.0)};
+    std::array<std::vector<unsigned char>, 2> pictures;
+    lookFrom(osg::Vec3d(0.0, -5.0, 2.0));
+    for (std::size_t k = 0; k < 2; ++k) {
+        const osg::ref_ptr<TessLODInstances> instances = new TessLODInstances;
+        instances->shareAsset(k == 0 ? *perPatch : *mapped);
+        instances->setPlacements(places);
+        pictures[k] = show(*instances, 0.5);
+    }
+    const Difference off = difference(pictures[0], pictures[1]);
+    EXPECT_LT(off.mean, kMean);
+    EXPECT_LT(off.beyond8, kBeyond8);
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryBackend, NormalMapView, testing::Values(Backend::Tessellation, Backend::Instanced),
+                         [](const auto& named) { return std::string(nameOf(named.param)); });
+
+} // namespace
+} // namespace osgTessLOD
