@@ -20,6 +20,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+/// Points on the side of two triangles are the first one's, whatever rounding says.
+constexpr double kTie = 1e-11;
+
 /// A triangle of a step's plane that may hold a point, with the point's weights in it.
 struct Candidate {
     double inside = -std::numeric_limits<double>::infinity(); ///< smallest weight
@@ -29,7 +32,7 @@ struct Candidate {
     void offer(unsigned triangle, const Vector2d& p, const Vector2d& a, const Vector2d& b, const Vector2d& c)
     {
         const Vector3d w = weightsOf(p, a, b, c);
-        if (w.minCoeff() > inside) {
+        if (w.minCoeff() > inside + kTie) {
             inside = w.minCoeff();
             index = triangle;
             weights = w;

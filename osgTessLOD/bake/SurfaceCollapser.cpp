@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Michael Garland, Paul Heckbert, "Surface Simplification Using Quadric Error Metrics", SIGGRAPH 1997.
-#include <osgTessLOD/bake/SurfaceCollapser.h>
+#include <osgTessLOD/bake/Collapser.h>
 
-#include <osgTessLOD/bake/StarFlattening.h>
 #include <osgTessLOD/bake/VertexNormals.h>
-
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
-
-#include <OpenMesh/Core/Geometry/QuadricT.hh>
 
 #include <Eigen/Geometry>
 
@@ -15,31 +10,13 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <queue>
-#include <unordered_map>
 
 namespace osgTessLOD::bake {
 
-namespace {
-
 using Eigen::Vector3d;
 
-struct MeshTraits : OpenMesh::DefaultTraits {
-    using Point = OpenMesh::Vec3d;
-    using Normal = OpenMesh::Vec3d;
-    VertexAttributes(OpenMesh::Attributes::Status);
-    FaceAttributes(OpenMesh::Attributes::Status);
-    EdgeAttributes(OpenMesh::Attributes::Status);
-    HalfedgeAttributes(OpenMesh::Attributes::Status);
-};
-using Mesh = OpenMesh::TriMesh_ArrayKernelT<MeshTraits>;
-using Quadric = OpenMesh::Geometry::Quadricd;
+namespace {
 
-/// Below this (4√3·area / sum of squared sides, 1 for an equilateral triangle) a triangle is a needle, and a collapse
-/// may not make one that is worse than what was there.
-constexpr double kNeedle = 0.1;
-/// New faces may turn away from the old by less than this cosine.
-constexpr double kLargestTurn = 0.2;
 /// How much a patch's size counts beside its distance from the surface: flat regions go by size.
 constexpr double kSizeWeight = 0.1;
 /// Boundaries and creases are kept in place by planes through them of this many times their neighbourhood's weight.
@@ -55,115 +32,15 @@ double triangleQuality(const Vector3d& a, const Vector3d& b, const Vector3d& c)
     return sides > 0.0 ? 2.0 * std::sqrt(3.0) * (b - a).cross(c - a).norm() / sides : 0.0;
 }
 
-/// What an edge can be, as bits: it collapses along itself only.
-enum Feature : std::uint8_t {
-    kCrease = 1, ///< of the shape: given up where there is no other way
-    kSeam = 2    ///< a boundary, a seam of the texture coordinates, or a border between materials: always kept
-};
+/// To 20 bits: costs that only rounding tells apart, as a turned source has others, are equal, and the numbers of vertices decide.
+double withoutLastDigits(double cost)
+{
+    int exponent = 0;
+    const double mantissa = std::frexp(cost, &exponent);
+    return std::ldexp(std::round(std::ldexp(mantissa, 20)), exponent - 20);
+}
 
-/// Limits that are loosened when nothing may collapse while there are far too many faces.
-struct Limits {
-    double largestWeight;
-    double needle = kNeedle;
-    double turn = kLargestTurn;
-};
-
-class Collapser {
-public:
-    Collapser(const SourceMesh& source, const ControlMeshOptions& options, std::size_t target, CollapseHistory& history,
-              const ElevationGuide* guide);
-
-    void run(Progress& progress);
-    std::vector<RemainingFace> remainingFaces() const;
-
-private:
-    struct Entry {
-        double cost;
-        std::uint32_t vertex;
-        std::uint32_t version;
-        Mesh::HalfedgeHandle halfedge;
-        bool operator<(const Entry& o) const { return cost != o.cost ? cost > o.cost : vertex > o.vertex; }
-    };
-
-    struct FeatureEdge {
-        Mesh::VertexHandle vertex;
-        std::uint8_t features;
-        double arc;
-    };
-
-    /// A source vertex with the new face (by its index in the collapse) that takes it over.
-    struct CarriedPoint {
-        std::uint32_t vertex;
-        FacePoint to;
-    };
-    static constexpr std::uint32_t kNone = CollapseHistory::kNone;
-
-    static std::size_t at(OpenMesh::BaseHandle h) { return static_cast<std::size_t>(h.idx()); }
-    const Vector3d& position(Mesh::VertexHandle v) const { return _source.positions[at(v)]; }
-    bool isFeature(Mesh::EdgeHandle e) const { return _feature[at(e)] != 0; }
-    unsigned featureCount(Mesh::VertexHandle v) const;
-
-    void buildMesh();
-    void placePoints(double area);
-    void markFeatures();
-    void markSeams();
-    void markMaterialBorders();
-    std::size_t facesHeldBySeams() const;
-    void dropShortCreases();
-    void dropCreases();
-    void measureArcs();
-    void initializeQuadrics();
-    void initializeQueue();
-    void queueVertex(Mesh::VertexHandle v);
-    bool isAllowed(Mesh::HalfedgeHandle h, unsigned features) const;
-    bool winds(Mesh::HalfedgeHandle h) const;
-    double cost(Mesh::HalfedgeHandle h) const;
-    bool gatherStar(Mesh::HalfedgeHandle h, Star& star, CollapseHistory::Step& step,
-                    std::array<Mesh::FaceHandle, CollapseHistory::kMaxRing>& faces) const;
-    std::vector<FeatureEdge> featuresAfter(Mesh::HalfedgeHandle h) const;
-    bool collapse(Mesh::HalfedgeHandle h);
-    using Corners = std::array<Mesh::VertexHandle, 3>;
-    Corners cornersOf(Mesh::FaceHandle f) const;
-    Vector3d normalAfter(Mesh::VertexHandle x, Mesh::VertexHandle v, Mesh::VertexHandle w) const;
-    const Vector3d& changedNormal(Mesh::VertexHandle x) const;
-    RayPrism prismAfter(const Corners& corners) const;
-    bool mayWeigh(const std::array<Mesh::FaceHandle, CollapseHistory::kMaxRing>& faces,
-                  const std::array<double, CollapseHistory::kMaxRing>& newWeights) const;
-    bool newFacesKeepElevation(Mesh::HalfedgeHandle h, unsigned ringSize);
-    bool keepsElevation(Mesh::HalfedgeHandle h, unsigned ringSize);
-    void refuse(Mesh::HalfedgeHandle h);
-    void collapseAll(Progress& progress);
-
-    const SourceMesh& _source;
-    const ControlMeshOptions& _options;
-    std::size_t _target;
-    CollapseHistory& _history;
-    mutable Mesh _mesh; // OpenMesh's circulators and is_collapse_ok (which sets tags) want it mutable
-    std::size_t _faces = 0;
-    double _patchSize = 1.0;                    // square root of the mean patch's area
-    double _patchWeight = 1.0;                  // share of the source of the mean patch
-    Limits _limits{};
-    std::vector<std::uint8_t> _feature;         // per edge: bits of Feature
-    std::vector<double> _arc;                   // per edge: length of the source's feature that it stands for
-    std::vector<Quadric> _quadrics;             // per vertex
-    std::vector<double> _quadricArea;           // per vertex: what the quadric is weighted by
-    std::vector<double> _weight;                // per face: of the source vertices it holds, whose mean is 1 per source face
-    std::vector<std::uint32_t> _firstPoint;     // per face: chain of the source vertices it holds
-    std::vector<std::uint32_t> _nextPoint;      // per source vertex
-    std::vector<Vector3d> _pointInFace;         // per source vertex: coordinates in its face
-    std::vector<double> _pointWeight;           // per source vertex
-    std::vector<CarriedPoint> _carried;         // of the collapse being tried
-    std::vector<std::uint32_t> _number;         // per face: in the history
-    std::vector<std::uint32_t> _firstVertex;    // per face: its history corner 0
-    std::vector<std::uint32_t> _version;        // per vertex: of its queue entry
-    std::priority_queue<Entry> _queue;
-    const ElevationGuide* _guide;               // null: none, and the rest is unused
-    std::vector<Vector3d> _normals;             // per vertex: of the mesh as it is
-    /// Vertices around the collapse being tried, by number, and their normals after it.
-    std::vector<std::pair<int, Vector3d>> _changed;
-    /// Per vertex: those that it must not collapse into while its neighbourhood is as it is.
-    std::unordered_map<std::uint32_t, std::vector<int>> _refused;
-};
+} // namespace
 
 Collapser::Collapser(const SourceMesh& source, const ControlMeshOptions& options, std::size_t target,
                      CollapseHistory& history, const ElevationGuide* guide)
@@ -224,126 +101,6 @@ void Collapser::buildMesh()
     _firstVertex.resize(triangles);
     for (std::size_t f = 0; f < triangles; ++f) { _firstVertex[f] = _source.triangles[f][0]; }
     _version.assign(vertices, 0);
-}
-
-unsigned Collapser::featureCount(Mesh::VertexHandle v) const
-{
-    unsigned count = 0;
-    for (auto e = _mesh.cve_iter(v); e.is_valid(); ++e) { count += isFeature(*e) ? 1U : 0U; }
-    return count;
-}
-
-void Collapser::markFeatures()
-{
-    _feature.assign(_mesh.n_edges(), 0);
-    const double cosine = std::cos(_options.creaseAngleRadians);
-    const auto normal = [&](Mesh::FaceHandle f) -> Vector3d {
-        const auto& t = _source.triangles[at(f)];
-        const Vector3d& a = _source.positions[t[0]];
-        return (_source.positions[t[1]] - a).cross(_source.positions[t[2]] - a);
-    };
-    for (const auto e : _mesh.edges()) {
-        if (_mesh.is_boundary(e)) {
-            _feature[at(e)] = kSeam;
-            continue;
-        }
-        const Vector3d a = normal(_mesh.face_handle(_mesh.halfedge_handle(e, 0)));
-        const Vector3d b = normal(_mesh.face_handle(_mesh.halfedge_handle(e, 1)));
-        const double lengths = a.norm() * b.norm();
-        if (lengths > 0.0 && a.dot(b) < cosine * lengths) { _feature[at(e)] = kCrease; }
-    }
-    dropShortCreases();
-    if (!_source.uvs.empty()) { markSeams(); }
-    if (!_source.triangleMaterials.empty()) { markMaterialBorders(); }
-}
-
-/// Edges at one of whose ends the texture coordinates of the two faces differ, by what 16 bits can tell apart at all.
-void Collapser::markSeams()
-{
-    const Eigen::Vector2f least = attributesOf(_source).uvTolerance;
-    const auto uvAt = [&](Mesh::HalfedgeHandle h, Mesh::VertexHandle v) -> const Eigen::Vector2f& {
-        const std::size_t f = at(_mesh.face_handle(h));
-        const auto& t = _source.triangles[f];
-        std::size_t k = 0;
-        while (t[k] != static_cast<std::uint32_t>(v.idx())) { ++k; }
-        return _source.uvs[f][k];
-    };
-    for (const auto e : _mesh.edges()) {
-        if (_mesh.is_boundary(e)) { continue; }
-        const auto h = _mesh.halfedge_handle(e, 0);
-        const auto g = _mesh.halfedge_handle(e, 1);
-        const bool hasUvs = _source.hasUvs(at(_mesh.face_handle(h)));
-        bool differ = hasUvs != _source.hasUvs(at(_mesh.face_handle(g)));
-        for (const auto v : {_mesh.to_vertex_handle(h), _mesh.to_vertex_handle(g)}) {
-            differ = differ || (hasUvs && ((uvAt(h, v) - uvAt(g, v)).cwiseAbs().array() > least.array()).any());
-        }
-        if (differ) { _feature[at(e)] |= kSeam; }
-    }
-}
-
-void Collapser::markMaterialBorders()
-{
-    for (const auto e : _mesh.edges()) {
-        if (_mesh.is_boundary(e)) { continue; }
-        const auto materialBeside = [&](unsigned side) {
-            return _source.materialOf(at(_mesh.face_handle(_mesh.halfedge_handle(e, side))));
-        };
-        if (materialBeside(0) != materialBeside(1)) { _feature[at(e)] |= kSeam; }
-    }
-}
-
-/// About as few faces as seams allow, so that limits are not loosened in vain: where seams end or meet no vertex can go, and a
-/// triangulation has two faces per vertex.
-std::size_t Collapser::facesHeldBySeams() const
-{
-    std::size_t held = 0;
-    for (const auto v : _mesh.vertices()) {
-        unsigned seams = 0;
-        for (auto e = _mesh.cve_iter(v); e.is_valid(); ++e) { seams += (_feature[at(*e)] & kSeam) != 0 ? 1U : 0U; }
-        held += seams != 0 && seams != 2 ? 1 : 0;
-    }
-    return 2 * held;
-}
-
-/// Connected sets of crease edges whose total length is below the shortest crease are measurement noise.
-void Collapser::dropShortCreases()
-{
-    std::vector<char> seen(_mesh.n_edges(), 0);
-    std::vector<Mesh::EdgeHandle> chain;
-    for (const auto start : _mesh.edges()) {
-        if (!isFeature(start) || _mesh.is_boundary(start) || seen[at(start)] != 0) { continue; }
-        chain.assign(1, start);
-        seen[at(start)] = 1;
-        double length = 0.0;
-        for (std::size_t i = 0; i < chain.size(); ++i) {
-            length += _mesh.calc_edge_length(chain[i]);
-            const auto h = _mesh.halfedge_handle(chain[i], 0);
-            for (const auto v : {_mesh.to_vertex_handle(h), _mesh.from_vertex_handle(h)}) {
-                for (auto e = _mesh.cve_iter(v); e.is_valid(); ++e) {
-                    if (isFeature(*e) && !_mesh.is_boundary(*e) && seen[at(*e)] == 0) {
-                        seen[at(*e)] = 1;
-                        chain.push_back(*e);
-                    }
-                }
-            }
-        }
-        if (length < _options.shortestCrease) {
-            for (const auto e : chain) { _feature[at(e)] = 0; }
-        }
-    }
-}
-
-void Collapser::dropCreases()
-{
-    for (std::uint8_t& features : _feature) { features &= static_cast<std::uint8_t>(~kCrease); }
-}
-
-void Collapser::measureArcs()
-{
-    _arc.assign(_mesh.n_edges(), 0.0);
-    for (const auto e : _mesh.edges()) {
-        if (isFeature(e)) { _arc[at(e)] = _mesh.calc_edge_length(e); }
-    }
 }
 
 void Collapser::initializeQuadrics()
@@ -443,7 +200,7 @@ double Collapser::cost(Mesh::HalfedgeHandle h) const
     const Vector3d& p = position(w);
     const double squared = std::max(0.0, q(OpenMesh::Vec3d(p.x(), p.y(), p.z()))) /
                            std::max(_quadricArea[at(v)] + _quadricArea[at(w)], 1e-300);
-    return (std::sqrt(squared) / _patchSize + kSizeWeight * gathered / _patchWeight) / (worst + 0.1);
+    return withoutLastDigits((std::sqrt(squared) / _patchSize + kSizeWeight * gathered / _patchWeight) / (worst + 0.1));
 }
 
 void Collapser::queueVertex(Mesh::VertexHandle v)
@@ -601,56 +358,6 @@ bool Collapser::collapse(Mesh::HalfedgeHandle h)
     return true;
 }
 
-Collapser::Corners Collapser::cornersOf(Mesh::FaceHandle f) const
-{
-    const auto h = _mesh.halfedge_handle(f);
-    return {_mesh.from_vertex_handle(h), _mesh.to_vertex_handle(h),
-            _mesh.to_vertex_handle(_mesh.next_halfedge_handle(h))};
-}
-
-/// Unit, or zero, of vertex x once v has collapsed into w: of the faces around x, and around v if x is w, without the two that go.
-Vector3d Collapser::normalAfter(Mesh::VertexHandle x, Mesh::VertexHandle v, Mesh::VertexHandle w) const
-{
-    Vector3d sum = Vector3d::Zero();
-    const auto addFaces = [&](Mesh::VertexHandle around) {
-        for (auto f = _mesh.cvf_iter(around); f.is_valid(); ++f) {
-            const Corners corners = cornersOf(*f);
-            const auto has = [&](Mesh::VertexHandle y) { return std::count(corners.begin(), corners.end(), y) != 0; };
-            if (has(v) && has(w)) { continue; }
-            std::array<Vector3d, 3> p;
-            std::size_t own = 0;
-            for (std::size_t k = 0; k < 3; ++k) {
-                p[k] = position(corners[k] == v ? w : corners[k]);
-                if (corners[k] == around) { own = k; }
-            }
-            sum += angleWeightedNormal(p[own], p[(own + 1) % 3], p[(own + 2) % 3]);
-        }
-    };
-    addFaces(x);
-    if (x == w) { addFaces(v); }
-    const double length = sum.norm();
-    return length > 0.0 ? Vector3d(sum / length) : sum;
-}
-
-/// Of a vertex, after the collapse being tried.
-const Vector3d& Collapser::changedNormal(Mesh::VertexHandle x) const
-{
-    for (const auto& [vertex, normal] : _changed) {
-        if (vertex == x.idx()) { return normal; }
-    }
-    return _normals[at(x)];
-}
-
-RayPrism Collapser::prismAfter(const Corners& corners) const
-{
-    RayPrism prism;
-    for (std::size_t k = 0; k < 3; ++k) {
-        prism.positions[k] = position(corners[k]);
-        prism.normals[k] = changedNormal(corners[k]);
-    }
-    return prism;
-}
-
 /// Of the collapse being tried, whose new face j comes in the place of faces[j + 1].
 bool Collapser::mayWeigh(const std::array<Mesh::FaceHandle, CollapseHistory::kMaxRing>& faces,
                          const std::array<double, CollapseHistory::kMaxRing>& newWeights) const
@@ -663,66 +370,6 @@ bool Collapser::mayWeigh(const std::array<Mesh::FaceHandle, CollapseHistory::kMa
         for (const auto x : cornersOf(f)) {
             if (_guide->largestWeight(static_cast<std::uint32_t>(x.idx())) == 0.0) { return false; }
         }
-    }
-    return true;
-}
-
-bool Collapser::newFacesKeepElevation(Mesh::HalfedgeHandle h, unsigned ringSize)
-{
-    std::vector<Mesh::VertexHandle> ring;
-    auto out = h;
-    for (unsigned i = 0; i < ringSize; ++i) {
-        ring.push_back(_mesh.to_vertex_handle(out));
-        out = _mesh.ccw_rotated_halfedge_handle(out);
-    }
-    std::vector<RayPrism> prisms;
-    for (unsigned j = 0; j + 2 < ringSize; ++j) {
-        prisms.push_back(prismAfter({ring[0], ring[j + 1], ring[j + 2]}));
-        if (!ElevationGuide::isOpen(prisms.back(), {})) { return false; }
-    }
-    std::vector<ElevationGuide::Reach> reaches(prisms.size());
-    for (const CarriedPoint& point : _carried) {
-        if (!_guide->faces(prisms[point.to.face], point.vertex, point.to.barycentric, reaches[point.to.face])) {
-            return false;
-        }
-    }
-    for (std::size_t j = 0; j < prisms.size(); ++j) {
-        if (!ElevationGuide::isOpen(prisms[j], reaches[j])) { return false; }
-    }
-    return true;
-}
-
-/// Whether all faces that the collapse makes, or changes the normals of, still face what they carry. Faces of the source's own
-/// carry nothing but themselves, whatever their normals.
-bool Collapser::keepsElevation(Mesh::HalfedgeHandle h, unsigned ringSize)
-{
-    const auto v = _mesh.from_vertex_handle(h);
-    const auto w = _mesh.to_vertex_handle(h);
-    _changed.clear();
-    for (auto x = _mesh.cvv_iter(v); x.is_valid(); ++x) { _changed.emplace_back(x->idx(), normalAfter(*x, v, w)); }
-    if (!newFacesKeepElevation(h, ringSize)) { return false; }
-    std::vector<Mesh::FaceHandle> around;
-    for (const auto& changed : _changed) {
-        for (auto f = _mesh.cvf_iter(Mesh::VertexHandle(changed.first)); f.is_valid(); ++f) {
-            const Corners corners = cornersOf(*f);
-            const bool goes = std::count(corners.begin(), corners.end(), v) != 0;
-            if (!goes && _number[at(*f)] >= _history.sourceFaces()) { around.push_back(*f); }
-        }
-    }
-    std::sort(around.begin(), around.end());
-    around.erase(std::unique(around.begin(), around.end()), around.end());
-    for (const auto f : around) {
-        Corners corners = cornersOf(f);
-        while (corners[0].idx() != static_cast<int>(_firstVertex[at(f)])) {
-            std::rotate(corners.begin(), corners.begin() + 1, corners.end());
-        }
-        const RayPrism prism = prismAfter(corners);
-        ElevationGuide::Reach reach;
-        if (!ElevationGuide::isOpen(prism, reach)) { return false; }
-        for (std::uint32_t s = _firstPoint[at(f)]; s != kNone; s = _nextPoint[s]) {
-            if (!_guide->faces(prism, s, _pointInFace[s], reach)) { return false; }
-        }
-        if (!ElevationGuide::isOpen(prism, reach)) { return false; }
     }
     return true;
 }
@@ -795,8 +442,6 @@ std::vector<RemainingFace> Collapser::remainingFaces() const
     }
     return faces;
 }
-
-} // namespace
 
 std::vector<RemainingFace> collapseSurface(const SourceMesh& source, const ControlMeshOptions& options,
                                            CollapseHistory& history, Progress& progress,

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <vector>
 
 namespace osgTessLOD::bake {
 
@@ -88,6 +89,32 @@ std::unique_ptr<OIIO::ImageInput> openImage(const std::string& path, unsigned ch
     return input;
 }
 
+/// Rows of an image without tiles, counted as its file does. OpenImageIO's own conversion takes 16 MB in between, however few there
+/// are: here it is what a band of them needs.
+bool readScanlines(OIIO::ImageInput& input, int begin, int end, int channels, float* pixels)
+{
+    const OIIO::ImageSpec& spec = input.spec();
+    const OIIO::TypeDesc format = spec.format;
+    if (!spec.channelformats.empty() || format == OIIO::TypeDesc::FLOAT) {
+        return input.read_scanlines(0, 0, begin, end, spec.z, 0, channels, OIIO::TypeDesc::FLOAT, pixels);
+    }
+    constexpr std::size_t kBandBytes = std::size_t{1} << 24;
+    const std::size_t rowNumbers = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(channels);
+    const auto most = static_cast<int>(std::max<std::size_t>(1, kBandBytes / (rowNumbers * format.size())));
+    std::vector<std::uint8_t> band;
+    for (int row = begin; row < end; row += most) {
+        const int after = std::min(end, row + most);
+        const std::size_t numbers = rowNumbers * static_cast<std::size_t>(after - row);
+        band.resize(numbers * format.size());
+        if (!input.read_scanlines(0, 0, row, after, spec.z, 0, channels, format, band.data())) { return false; }
+        if (!OIIO::convert_pixel_values(format, band.data(), OIIO::TypeDesc::FLOAT, pixels, static_cast<int>(numbers))) {
+            return false;
+        }
+        pixels += numbers;
+    }
+    return true;
+}
+
 class OpenImageRows : public ImageRows {
 public:
     OpenImageRows(const std::string& path, unsigned channels)
@@ -115,7 +142,7 @@ public:
             spec.tile_width > 0
                 ? _input->read_tiles(0, 0, spec.x, spec.x + spec.width, begin, end, spec.z, spec.z + 1, 0, _channels,
                                      OIIO::TypeDesc::FLOAT, pixels)
-                : _input->read_scanlines(0, 0, begin, end, spec.z, 0, _channels, OIIO::TypeDesc::FLOAT, pixels);
+                : readScanlines(*_input, begin, end, _channels, pixels);
         if (!isRead) { throw fault(_path, _input->geterror()); }
     }
 
@@ -181,9 +208,11 @@ public:
         image.channels = channels;
         image.largestInteger = largestInteger(path, static_cast<OIIO::TypeDesc::BASETYPE>(spec.format.basetype));
         image.pixels.resize(std::size_t{image.width} * image.height * channels);
-        if (!input->read_image(0, 0, 0, static_cast<int>(channels), OIIO::TypeDesc::FLOAT, image.pixels.data())) {
-            throw fault(path, input->geterror());
-        }
+        const bool isRead =
+            spec.tile_width > 0
+                ? input->read_image(0, 0, 0, static_cast<int>(channels), OIIO::TypeDesc::FLOAT, image.pixels.data())
+                : readScanlines(*input, spec.y, spec.y + spec.height, static_cast<int>(channels), image.pixels.data());
+        if (!isRead) { throw fault(path, input->geterror()); }
         return image;
     }
 
