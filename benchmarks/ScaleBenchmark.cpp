@@ -4,7 +4,7 @@
 #include "ChildProcess.h"
 #include "HeadlessStage.h"
 
-#include <osgTessLOD/asset/TlodFile.h>
+#include <osgTessLOD/asset/StreamedAsset.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <osgTessLOD/render/VideoMemory.h>
 #include <support/ScreenCamera.h>
@@ -67,7 +67,9 @@ Json show(const std::string& path, double diagonals, unsigned frames)
     HeadlessStage stage(kWidth, kHeight);
     const osg::Timer& timer = *osg::Timer::instance();
     const osg::Timer_t start = timer.tick();
-    const osg::ref_ptr<TessLODDrawable> model = new TessLODDrawable(std::make_shared<const LodAsset>(readTlod(path)));
+    const auto asset = std::make_shared<const StreamedAsset>(path);
+    const osg::ref_ptr<TessLODDrawable> model = new TessLODDrawable;
+    model->setStreamedAsset(asset);
     const double load = timer.delta_s(start, timer.tick());
     const unsigned number = stage.add(model.get());
     stage.look(cameraAt(*model, diagonals));
@@ -84,6 +86,8 @@ Json show(const std::string& path, double diagonals, unsigned frames)
             {"firstPictureSeconds", firstPicture},
             {"frameMilliseconds", median(milliseconds)},
             {"triangles", frame.triangles.value_or(0)},
+            {"levelsRead", asset->levelsRead()},
+            {"levels", asset->levelCount()},
             {"gpuMebibytes", static_cast<double>(memory.bytes) / kMebibyte},
             {"gpuWholeMebibytes", static_cast<double>(memory.wholeBytes) / kMebibyte},
             {"renderer", stage.renderer()}};
@@ -97,7 +101,8 @@ std::vector<std::string> tableRow(const Json& row)
             count("patches"),                 number("bakeSeconds", 1),
             number("bakePeakMebibytes", 0),   count("fileBytes"),
             fmt::format("{:g}", row["diagonals"].get<double>()),
-            number("loadSeconds", 3),         number("firstPictureSeconds", 3),
+            number("loadSeconds", 3),         count("levelsRead") + " of " + count("levels"),
+            number("firstPictureSeconds", 3),
             count("triangles"),               number("frameMilliseconds", 2),
             number("gpuMebibytes", 1),        number("gpuWholeMebibytes", 1)};
 }
@@ -126,7 +131,7 @@ BenchmarkResult benchmarkScale(const std::vector<Scene>& scenes, const ScaleBenc
     const TemporaryDirectory folder;
     BenchmarkResult result;
     result.tables.emplace_back().headers = {"scene",     "triangles",       "patches",   "bake s",   "peak MiB",
-                                            "file bytes", "diagonals",      "load s",    "first picture s",
+                                            "file bytes", "diagonals",      "load s",    "levels read", "first picture s",
                                             "drawn",     "frame ms",        "GPU MiB",   "of"};
     for (const Scene& scene : scenes) {
         for (const std::uint64_t triangles : options.triangles) {
