@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "Benchmark.h"
+#include "HeadlessStage.h"
 
 #include <osgTessLOD/asset/AssetImages.h>
 #include <osgTessLOD/bake/SourceSurface.h>
 #include <osgTessLOD/render/GpuAsset.h>
 #include <osgTessLOD/render/MaterialState.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
-#include <osgtesslodviewer/headless/HeadlessContext.h>
 
 #include <fmt/format.h>
 #include <osg/Geometry>
 #include <osg/Image>
-#include <osg/Material>
-#include <osg/Switch>
 #include <osgDB/WriteFile>
-#include <osgViewer/Viewer>
 
 #include <array>
 #include <cmath>
@@ -38,49 +35,34 @@ constexpr int kNear = 8; ///< steps of 255 that colours may differ by and still 
 /// What every level is drawn from, as kDistances.
 constexpr double kDistanceOfFactors = 4.0;
 
-/// Reads the picture at the end of a frame: red, green, blue and whether anything was drawn.
-class Picture : public osg::Camera::DrawCallback {
-public:
-    using osg::Camera::DrawCallback::operator();
-    void operator()(osg::RenderInfo&) const override
-    {
-        _renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-        _samples->readPixels(0, 0, kSamples * kWidth, kSamples * kHeight, GL_RGBA, GL_UNSIGNED_BYTE);
+/// The mean of a pixel's samples; alpha 255 where all are drawn on, 0 where none is.
+std::array<unsigned char, 4> meanOf(const osg::Image& samples, int x, int y)
+{
+    std::array<int, 4> sums{};
+    for (int j = 0; j < kSamples; ++j) {
+        const unsigned char* sample =
+            samples.data(static_cast<unsigned>(kSamples * x), static_cast<unsigned>(kSamples * y + j));
+        for (int k = 0; k < 4 * kSamples; ++k) { sums[static_cast<std::size_t>(k % 4)] += sample[k]; }
     }
-    /// Means of each pixel's samples; alpha 255 where all are drawn on, 0 where none is.
-    osg::ref_ptr<osg::Image> image() const
-    {
-        osg::ref_ptr<osg::Image> image = new osg::Image;
-        image->allocateImage(kWidth, kHeight, 1, GL_RGBA, GL_UNSIGNED_BYTE);
-        for (int y = 0; y < kHeight; ++y) {
-            for (int x = 0; x < kWidth; ++x) {
-                const auto pixel = meanOf(x, y);
-                std::copy(pixel.begin(), pixel.end(), image->data(static_cast<unsigned>(x), static_cast<unsigned>(y)));
-            }
-        }
-        return image;
-    }
-    const std::string& renderer() const { return _renderer; }
+    std::array<unsigned char, 4> mean{};
+    constexpr int kCount = kSamples * kSamples;
+    for (std::size_t k = 0; k < 3; ++k) { mean[k] = static_cast<unsigned char>((sums[k] + kCount / 2) / kCount); }
+    mean[3] = static_cast<unsigned char>(sums[3] == 255 * kCount ? 255 : sums[3] > 0 ? 128 : 0);
+    return mean;
+}
 
-private:
-    std::array<unsigned char, 4> meanOf(int x, int y) const
-    {
-        std::array<int, 4> sums{};
-        for (int j = 0; j < kSamples; ++j) {
-            const unsigned char* sample =
-                _samples->data(static_cast<unsigned>(kSamples * x), static_cast<unsigned>(kSamples * y + j));
-            for (int k = 0; k < 4 * kSamples; ++k) { sums[static_cast<std::size_t>(k % 4)] += sample[k]; }
+osg::ref_ptr<osg::Image> meanOf(const osg::Image& samples)
+{
+    osg::ref_ptr<osg::Image> image = new osg::Image;
+    image->allocateImage(kWidth, kHeight, 1, GL_RGBA, GL_UNSIGNED_BYTE);
+    for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+            const auto pixel = meanOf(samples, x, y);
+            std::copy(pixel.begin(), pixel.end(), image->data(static_cast<unsigned>(x), static_cast<unsigned>(y)));
         }
-        std::array<unsigned char, 4> mean{};
-        constexpr int kCount = kSamples * kSamples;
-        for (std::size_t k = 0; k < 3; ++k) { mean[k] = static_cast<unsigned char>((sums[k] + kCount / 2) / kCount); }
-        mean[3] = static_cast<unsigned char>(sums[3] == 255 * kCount ? 255 : sums[3] > 0 ? 128 : 0);
-        return mean;
     }
-
-    osg::ref_ptr<osg::Image> _samples = new osg::Image;
-    mutable std::string _renderer;
-};
+    return image;
+}
 
 /// How two pictures differ, of pixels inside both silhouettes.
 struct Difference {
@@ -165,29 +147,12 @@ public:
         _drawable = drawableOf(scene, colorImage);
         const osg::ref_ptr<osg::Geometry> geometry = fullGeometry(scene, _drawable->getGpuAsset()->asset());
         if (_drawable->getMaterialState(0) != nullptr) { geometry->setStateSet(_drawable->getMaterialState(0)); }
-        _shown->addChild(_drawable.get());
-        _shown->addChild(geometry.get());
-        osg::StateSet* state = _shown->getOrCreateStateSet();
-        state->setAttributeAndModes(new osg::Material);
-        state->setMode(GL_NORMALIZE, osg::StateAttribute::ON);
-        std::string error;
-        const osg::ref_ptr<osg::GraphicsContext> context =
-            createHeadlessContext(kSamples * kWidth, kSamples * kHeight, error);
-        if (!context) { throw std::runtime_error("no OpenGL without a window: " + error); }
-        _viewer.setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
-        _viewer.setLightingMode(osg::View::HEADLIGHT);
-        osg::Camera& camera = *_viewer.getCamera();
-        camera.setGraphicsContext(context.get());
-        camera.setViewport(0, 0, kSamples * kWidth, kSamples * kHeight);
-        camera.setClearColor(osg::Vec4(0.0F, 0.0F, 0.0F, 0.0F));
-        camera.setFinalDrawCallback(_picture.get());
-        _viewer.setSceneData(_shown.get());
-        _viewer.realize();
-        if (!_viewer.isRealized()) { throw std::runtime_error("the OpenGL context could not be made"); }
+        _stage.add(_drawable.get());
+        _stage.add(geometry.get());
         drawFrom(kDistances.front(), kFull); // what a context draws first is brighter
     }
 
-    enum Shown : unsigned { kBaked, kFull };
+    enum Shown : unsigned { kBaked, kFull }; ///< numbers on the stage
 
     /// What the baked model keeps: an error of one pixel of a picture.
     void askForOnePixel()
@@ -211,15 +176,18 @@ public:
         const osg::BoundingSphere& sphere = _drawable->getBound();
         const osg::Vec3d center(sphere.center());
         const double radius = double{sphere.radius()};
-        osg::Camera& camera = *_viewer.getCamera();
-        camera.setProjectionMatrixAsPerspective(30.0, double{kWidth} / kHeight, 0.01 * radius, 2.0 * distance * radius);
-        camera.setViewMatrixAsLookAt(center + osg::Vec3d(0.35, -0.9, 0.25) * (distance * radius), center,
+        ScreenCamera camera;
+        camera.projection.makePerspective(30.0, double{kWidth} / kHeight, (distance - 1.1) * radius, (distance + 1.1) * radius);
+        camera.localToEye.makeLookAt(center + osg::Vec3d(0.35, -0.9, 0.25) * (distance * radius), center,
                                      osg::Vec3d(0.0, 0.0, 1.0));
-        _shown->setSingleChildOn(which);
-        _viewer.frame();
-        return _picture->image();
+        camera.width = kSamples * kWidth;
+        camera.height = kSamples * kHeight;
+        _stage.look(camera);
+        osg::ref_ptr<osg::Image> samples;
+        _stage.draw(which, [&](osg::RenderInfo&) { samples = _stage.picture(); });
+        return meanOf(*samples);
     }
-    const std::string& renderer() const { return _picture->renderer(); }
+    const std::string& renderer() const { return _stage.renderer(); }
 
 private:
     static osg::ref_ptr<TessLODDrawable> drawableOf(const Scene& scene, const std::string& colorImage)
@@ -236,9 +204,7 @@ private:
     }
 
     osg::ref_ptr<TessLODDrawable> _drawable;
-    osg::ref_ptr<osg::Switch> _shown = new osg::Switch;
-    osg::ref_ptr<Picture> _picture = new Picture;
-    osgViewer::Viewer _viewer;
+    HeadlessStage _stage{kSamples * kWidth, kSamples * kHeight};
 };
 
 void keep(const osg::Image& image, const LookBenchmarkOptions& options, const std::string& scene,
