@@ -154,7 +154,7 @@ double largestOf(const std::vector<Sample>& samples, const std::vector<ScreenRul
     double largest = 0.0;
     for (const std::size_t k : order) {
         if (first[k].pixels <= largest) { break; } // all others are no farther
-        largest = std::max(largest, ruler.leastPixels(samples[k].point, first[k], surface));
+        largest = std::max(largest, ruler.leastPixels(samples[k].point, first[k], surface, largest));
     }
     return largest;
 }

@@ -4,6 +4,7 @@
 #include <osg/Vec4d>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace osgTessLOD::benchmarks {
@@ -13,7 +14,9 @@ namespace {
 /// Points that are looked for beside the nearest in space. Each step goes at most as far along the line of sight as the last
 /// point was away from it, so few are needed and none leads far away.
 constexpr int kSteps = 6;
-constexpr double kEnoughPixels = 0.01; ///< nothing nearer is looked for
+/// Where it begins, along the line of sight from where the nearest point in space is, in units of how far that is: errors that cannot be
+/// seen, since they lie along it, may be several times those that can.
+constexpr std::array<double, 7> kStarts{0.0, -1.0, 1.0, -2.0, 2.0, -4.0, 4.0};
 
 osg::Vec3d toOsg(const Eigen::Vector3d& p)
 {
@@ -96,16 +99,20 @@ std::optional<ScreenRuler::Deviation> ScreenRuler::measure(const Eigen::Vector3d
 }
 
 double ScreenRuler::leastPixels(const Eigen::Vector3d& point, const Deviation& first,
-                                const bake::SurfaceDistance& surface) const
+                                const bake::SurfaceDistance& surface, double enough) const
 {
     double least = first.pixels;
     if (!std::isfinite(first.nearest.distance)) { return least; }
     const Eigen::Vector3d eye = toEigen(_eye);
     const Eigen::Vector3d sight = (point - eye).normalized();
-    Eigen::Vector3d at = first.nearest.point;
-    for (int step = 0; step < kSteps && least > kEnoughPixels; ++step) {
-        at = surface.nearest(eye + sight * sight.dot(at - eye)).point;
-        least = std::min(least, pixelsBetween(point, at));
+    const double along = sight.dot(first.nearest.point - eye);
+    for (const double multiple : kStarts) {
+        double distance = along + multiple * first.nearest.distance;
+        for (int step = 0; step < kSteps && least > enough; ++step) {
+            const Eigen::Vector3d at = surface.nearest(eye + sight * distance).point;
+            least = std::min(least, pixelsBetween(point, at));
+            distance = sight.dot(at - eye);
+        }
     }
     return least;
 }

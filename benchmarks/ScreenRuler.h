@@ -30,7 +30,8 @@ struct Deviations {
 /// Measures how far surfaces that should be the same are apart as a camera sees them.
 ///
 /// A point p that is in view is compared with points q of the other surface: with the one nearest in space, and with those
-/// that are found from there by turns as the nearest to the line of sight through p and the nearest to that one again. What
+/// that are found, from there and from up to four times as far before and behind it along the line of sight through p, by turns as the nearest to
+/// that line and the nearest to that one again. What
 /// counts is the least distance of p and any q on screen. Every q is a point of the surface, so p is never nearer to what it
 /// is compared with than this says, and all are found near p, not wherever the surface passes behind or before it.
 class ScreenRuler {
@@ -46,9 +47,10 @@ public:
     };
     /// Nothing where the point is not in view.
     std::optional<Deviation> measure(const Eigen::Vector3d& point, const bake::SurfaceDistance& surface) const;
-    /// The least distance on screen of the point and any that it is compared with; `first`: what measure() found.
-    double leastPixels(const Eigen::Vector3d& point, const Deviation& first,
-                       const bake::SurfaceDistance& surface) const;
+    /// The least distance on screen of the point and any that it is compared with, or one that is at most `enough`; `first`: what
+    /// measure() found.
+    double leastPixels(const Eigen::Vector3d& point, const Deviation& first, const bake::SurfaceDistance& surface,
+                       double enough) const;
 
     bool isInView(const Eigen::Vector3d& point) const;
 

@@ -49,7 +49,7 @@ Measured measured(const Vector3d& point, const SurfaceDistance& surface)
     const auto first = ruler.measure(point, surface);
     EXPECT_TRUE(first);
     if (!first) { return {}; }
-    return {ruler.leastPixels(point, *first, surface), first->pixelsInSpace};
+    return {ruler.leastPixels(point, *first, surface, 0.01), first->pixelsInSpace};
 }
 
 constexpr double kSinglePrecision = 1e-3; // pixels: of coordinates up to 20
@@ -75,8 +75,8 @@ TEST(ScreenRuler, DistancesAcrossAreSeenWhole)
     // A wall beside the line of sight, which runs along it: the point cannot slide onto it.
     const SurfaceDistance wall = plane({0.3, -20.0, -5.0}, {0.0, 40.0, 0.0}, {0.0, 0.0, 14.0});
     const Measured found = measured({0.0, 0.0, 0.0}, wall);
-    // Lower down it would be nearer on screen, but only what is near in space is looked for.
-    EXPECT_NEAR(found.pixels, 3.0, kSinglePrecision);
+    // Lower down it is nearer on screen, but only what is near in space is looked for: 0.3 at up to four times that behind the point.
+    EXPECT_NEAR(found.pixels, 30.0 / 11.2, kSinglePrecision);
     EXPECT_NEAR(found.pixelsInSpace, 3.0, kSinglePrecision);
 }
 
