@@ -26,6 +26,17 @@ nlohmann::ordered_json describeLevel(const AssetSummary::Level& level, bool hasU
     return json;
 }
 
+const char* nameOf(LodTexture::Role role)
+{
+    switch (role) {
+    case LodTexture::Role::Color: return "color";
+    case LodTexture::Role::Normal: return "normal";
+    case LodTexture::Role::ObjectNormal: return "object-normal";
+    case LodTexture::Role::Other: break;
+    }
+    return "other";
+}
+
 nlohmann::ordered_json describeMaterial(const LodAsset& asset, std::size_t number)
 {
     const LodMaterial& material = asset.materials[number];
@@ -35,8 +46,12 @@ nlohmann::ordered_json describeMaterial(const LodAsset& asset, std::size_t numbe
     json["patches"] = numbers.empty() ? static_cast<std::ptrdiff_t>(asset.patches.size())
                                       : std::count(numbers.begin(), numbers.end(), number);
     for (const LodTexture& texture : material.textures) {
-        json["textures"].push_back(
-            {{"name", texture.name}, {"image", texture.image}, {"embedded", asset.imageOf(texture) != nullptr}});
+        const LodImage* embedded = asset.imageOf(texture);
+        json["textures"].push_back({{"role", nameOf(texture.role)},
+                                    {"name", texture.name},
+                                    {"image", texture.image},
+                                    {"embedded", embedded != nullptr}});
+        if (embedded != nullptr) { json["textures"].back()["bytes"] = embedded->bytes.size(); }
     }
     return json;
 }

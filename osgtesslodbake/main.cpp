@@ -151,8 +151,8 @@ void declareArguments(CLI::App& app, Arguments& arguments)
     app.add_option("--normal-resolution", arguments.bake.normalResolution,
                    "normals along a side of each patch, a power of two; 0: twice the finest factor, the most");
     app.add_option("--normal-map", arguments.bake.normalMap,
-                   "bake a mesh's normals into an image of so many texels a side, a power of two, over its texture coordinates, "
-                   "which must not overlap; without: into textures per patch")
+                   "bake a mesh's normals into an image per material of so many texels a side, 64, 128 ... 8192, over its texture "
+                   "coordinates, which must not overlap; without: into textures per patch")
         ->excludes("--no-normals")
         ->excludes("--normal-resolution");
     app.add_flag("--no-uvs", arguments.noUvs, "leave texture coordinates out, and do without their seams");

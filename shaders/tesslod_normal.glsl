@@ -80,10 +80,10 @@ vec3 tessLodPatchNormal(int patchId, vec3 weights, float footprint)
 #if defined(TESSLOD_NORMAL_MAP)
 uniform sampler2D tessLodNormalMap;
 
-// Normal in object space, unit.
+// Normal in object space, unit; 0 where normals that look in all directions leave none.
 vec3 tessLodMappedNormal(vec2 texCoord)
 {
     vec3 n = 2.0 * texture(tessLodNormalMap, texCoord).xyz - 1.0;
-    return dot(n, n) > 0.0 ? normalize(n) : vec3(0.0, 0.0, 1.0);
+    return dot(n, n) > 0.001 ? normalize(n) : vec3(0.0);
 }
 #endif

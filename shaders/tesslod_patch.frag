@@ -73,6 +73,18 @@ bool tessLodIsBack(vec3 normal, bool mirrors)
 #endif
 }
 
+// By what is drawn: steps from a pixel to the next ones, in eye space.
+void tessLodOrientFlat(inout TessLodFragment fragment, vec3 across, vec3 up)
+{
+    vec3 normal = cross(across, up); // on the viewer's side, as pixels are ordered there
+    fragment.normal = dot(normal, normal) > 0.0 ? normalize(normal) : vec3(0.0, 0.0, 1.0);
+#if defined(TESSLOD_UNFILLED)
+    fragment.isBack = false; // lines and points have no side
+#else
+    fragment.isBack = tessLodIsBack(-fragment.normal, false);
+#endif
+}
+
 // Normal in eye space and on which side we are. The back of an open surface is lit as its front: the normal is turned.
 void tessLodOrient(inout TessLodFragment fragment)
 {
@@ -85,6 +97,10 @@ void tessLodOrient(inout TessLodFragment fragment)
     vec3 normal = tessLodPatchNormal(tessLodFragmentPatch, tessLodWeights, footprint);
 #elif defined(TESSLOD_NORMAL_MAP)
     vec3 normal = tessLodMappedNormal(tessLodTexCoord.xy);
+    if (normal == vec3(0.0)) {
+        tessLodOrientFlat(fragment, across, up);
+        return;
+    }
 #endif
 #if defined(TESSLOD_NORMALS) || defined(TESSLOD_NORMAL_MAP)
     bool mirrors = false;
@@ -96,13 +112,7 @@ void tessLodOrient(inout TessLodFragment fragment)
     fragment.isBack = tessLodIsBack(normal, mirrors);
     fragment.normal = fragment.isBack ? -normal : normal;
 #else
-    vec3 normal = cross(across, up); // on the viewer's side, as pixels are ordered there
-    fragment.normal = dot(normal, normal) > 0.0 ? normalize(normal) : vec3(0.0, 0.0, 1.0);
-#if defined(TESSLOD_UNFILLED)
-    fragment.isBack = false; // lines and points have no side
-#else
-    fragment.isBack = tessLodIsBack(-fragment.normal, false);
-#endif
+    tessLodOrientFlat(fragment, across, up);
 #endif
 }
 

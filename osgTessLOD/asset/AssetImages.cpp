@@ -4,6 +4,7 @@
 #include <osgTessLOD/asset/AssetError.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -30,15 +31,22 @@ template <typename Visit> void forEachTexture(LodAsset& asset, const Visit& visi
     }
 }
 
+bool hasImage(const LodAsset& asset, const std::string& name)
+{
+    return std::any_of(asset.images.begin(), asset.images.end(), [&](const LodImage& image) { return image.name == name; });
+}
+
+/// The file by a name that none of the asset's own images has.
+std::string outside(const LodAsset& asset, const std::string& file)
+{
+    return hasImage(asset, file) ? "./" + file : file;
+}
+
 /// "a.png", or "a_2.png" and so on where the asset has one of that name.
 std::string freeName(const LodAsset& asset, const fs::path& file)
 {
     std::string name = file.filename().string();
-    const auto isTaken = [&] {
-        return std::any_of(asset.images.begin(), asset.images.end(),
-                           [&](const LodImage& image) { return image.name == name; });
-    };
-    for (unsigned number = 2; isTaken(); ++number) {
+    for (unsigned number = 2; hasImage(asset, name); ++number) {
         name = file.stem().string() + "_" + std::to_string(number) + file.extension().string();
     }
     return name;
@@ -55,16 +63,21 @@ void setColorImage(LodAsset& asset, const std::string& image)
         textures.erase(std::remove_if(textures.begin(), textures.end(),
                                       [](const LodTexture& t) { return t.role == LodTexture::Role::Color; }),
                        textures.end());
-        textures.insert(textures.begin(), {LodTexture::Role::Color, "color", image});
+        textures.insert(textures.begin(), {LodTexture::Role::Color, "color", outside(asset, image)});
     }
 }
 
 void embedImages(LodAsset& asset)
 {
     std::map<std::string, std::string> names; // by file
+    const std::size_t before = asset.images.size();
+    const auto isEmbedded = [&](const LodTexture& texture) { // before any was: a file may have the name of one that is put in
+        const auto end = asset.images.begin() + static_cast<std::ptrdiff_t>(before);
+        return std::any_of(asset.images.begin(), end, [&](const LodImage& image) { return image.name == texture.image; });
+    };
     forEachTexture(asset, [&](LodTexture& texture) {
         std::error_code failure;
-        if (!fs::is_regular_file(texture.image, failure)) { return; }
+        if (isEmbedded(texture) || !fs::is_regular_file(texture.image, failure)) { return; }
         std::string& name = names[texture.image];
         if (name.empty()) {
             name = freeName(asset, texture.image);
@@ -79,7 +92,8 @@ void moveReferences(LodAsset& asset, const std::string& from, const std::string&
     const fs::path base = fs::current_path() / to;
     forEachTexture(asset, [&](LodTexture& texture) {
         if (asset.imageOf(texture) != nullptr) { return; }
-        texture.image = (fs::current_path() / from / texture.image).lexically_proximate(base).generic_string();
+        const std::string file = (fs::current_path() / from / texture.image).lexically_proximate(base).generic_string();
+        texture.image = outside(asset, file);
     });
 }
 

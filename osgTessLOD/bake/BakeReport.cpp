@@ -43,7 +43,7 @@ std::string BakeReport::toJson() const
     if (hasUvs) { json["uv_step"] = uvStep; }
     for (const NormalMapReport& map : normalMaps) {
         json["normal_maps"].push_back(
-            {{"material", map.material}, {"coverage", map.coverage}, {"covered_twice", map.coveredTwice}});
+            {{"image", map.image}, {"bytes", map.bytes}, {"coverage", map.coverage}, {"covered_twice", map.coveredTwice}});
     }
     json["finest_vertices"] = stored.finestVertices;
     json["finest_triangles"] = stored.finestTriangles;

@@ -6,7 +6,6 @@
 #include <osgTessLOD/bake/AttributeLevels.h>
 #include <osgTessLOD/bake/BakeStages.h>
 #include <osgTessLOD/bake/ChartError.h>
-#include <osgTessLOD/bake/ImageFiles.h>
 #include <osgTessLOD/bake/NormalBaker.h>
 #include <osgTessLOD/bake/PatchChart.h>
 #include <osgTessLOD/bake/SourceMapping.h>
@@ -18,6 +17,7 @@
 #include <tbb/info.h>
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -73,8 +73,9 @@ void checkLevels(const BakeOptions& options)
         throw AssetError("the resolution of normals must be a power of two, not " + std::to_string(options.normalResolution));
     }
     const unsigned map = options.normalMap;
-    if (map != 0 && ((map & (map - 1)) != 0 || map > kMaxNormalMap)) {
-        throw AssetError(fmt::format("the size of a normal map must be a power of two up to {}, not {}", kMaxNormalMap, map));
+    if (map != 0 && ((map & (map - 1)) != 0 || map < kMinNormalMap || map > kMaxNormalMap)) {
+        throw AssetError(fmt::format("the size of a normal map must be a power of two from {} to {}, not {}", kMinNormalMap,
+                                     kMaxNormalMap, map));
     }
     ladderOf(options);
     const auto& names = techniqueNames();
@@ -124,12 +125,7 @@ PatchedSurface levelsOf(MappedSource mapped, const BakeOptions& options, Progres
     const std::vector<std::uint16_t> ladder = ladderOf(adapted);
     PatchedSurface surface;
     surface.map = std::move(mapped.map);
-    if (options.normalMap != 0) {
-        surface.normalMaps = timed(report, "normal map", [&] {
-            const CornerNormals normals = cornerNormals(*mapped.source, options.controlMesh.creaseAngleRadians);
-            return makeNormalMaps(*mapped.source, normals, options.normalMap, progress);
-        });
-    }
+    surface.normalMaps = std::move(mapped.normalMaps);
     surface.charts = timed(report, "charts", [&] {
         return makeCharts(*surface.map, kReferenceOversampling * adapted.maxFactor, progress);
     });
@@ -152,22 +148,35 @@ tbb::global_control limitThreads(const BakeOptions& options)
             options.threads != 0 ? options.threads : static_cast<std::size_t>(tbb::info::default_concurrency())};
 }
 
+/// A name for the image of a material's normals that nothing else in the asset refers to.
+std::string normalImageName(const LodAsset& asset, std::string material)
+{
+    const auto isPlain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.'; };
+    std::replace_if(material.begin(), material.end(), [&](char c) { return !isPlain(c); }, '_');
+    const std::string stem = material.empty() ? "normals" : "normals-" + material;
+    const auto isTaken = [&](const std::string& name) {
+        return std::any_of(asset.images.begin(), asset.images.end(), [&](const LodImage& image) { return image.name == name; }) ||
+               std::any_of(asset.materials.begin(), asset.materials.end(), [&](const LodMaterial& other) {
+                   return std::any_of(other.textures.begin(), other.textures.end(),
+                                      [&](const LodTexture& texture) { return texture.image == name; });
+               });
+    };
+    std::string name = stem + ".png";
+    for (unsigned number = 2; isTaken(name); ++number) { name = fmt::format("{}_{}.png", stem, number); }
+    return name;
+}
+
 /// Puts the images into the asset.
-void addNormalMaps(const std::vector<NormalMap>& maps, LodAsset& asset, BakeReport& report)
+void addNormalMaps(std::vector<StoredNormalMap> maps, LodAsset& asset, BakeReport& report)
 {
     if (!maps.empty() && asset.materials.empty()) { asset.materials.emplace_back(); }
-    for (const NormalMap& map : maps) {
-        if (map.material >= asset.materials.size()) {
-            throw AssetError(report.source + ": a normal map needs the materials of the base mesh to be the source's");
-        }
-        const std::string name = maps.size() == 1 ? "normals.png" : fmt::format("normals_{}.png", map.material);
-        const std::string bytes = imageFiles().encode(name, map.image);
-        asset.images.push_back({name, {bytes.begin(), bytes.end()}});
-        asset.materials[map.material].textures.push_back({LodTexture::Role::ObjectNormal, "normals", name});
-        report.normalMaps.push_back({map.material, map.coverage, map.coveredTwice});
-        if (map.coveredTwice > 0.0) {
-            report.warnings.push_back(fmt::format("{:.3f} % of what its texture coordinates cover of {} is covered twice",
-                                                  100.0 * map.coveredTwice, name));
+    for (StoredNormalMap& map : maps) {
+        const std::string name = normalImageName(asset, map.material ? asset.materials[*map.material].name : "");
+        report.normalMaps.push_back({name, map.png.size(), map.coverage, map.coveredTwice});
+        asset.images.push_back({name, std::move(map.png)});
+        for (std::size_t m = 0; m < asset.materials.size(); ++m) {
+            if (map.material && *map.material != m) { continue; }
+            asset.materials[m].textures.push_back({LodTexture::Role::ObjectNormal, "normals", name});
         }
     }
 }
@@ -196,8 +205,8 @@ LodAsset bakeSurface(const std::string& source, const BakeOptions& options, Prog
                                     report.tile->count, report.tile->count);
     }
     asset.sourceTriangles = surface.map->sourceTriangles();
-    addNormalMaps(surface.normalMaps, asset, report);
-    if (options.normals && surface.normalMaps.empty()) {
+    addNormalMaps(std::move(surface.normalMaps), asset, report);
+    if (options.normals && options.normalMap == 0) {
         asset.normals = timed(report, "normals", [&] {
             const unsigned most = surface.charts.factor;
             const unsigned resolution = options.normalResolution == 0 ? most : std::min(options.normalResolution, most);

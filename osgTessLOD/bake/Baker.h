@@ -58,8 +58,8 @@ struct BakeOptions {
     /// Normals along a side of each patch, a power of two; 0: as many as the reference has, twice the factor of the finest level,
     /// which is also the most.
     unsigned normalResolution = 0;
-    /// Of a mesh: bake its normals as an image of so many texels a side, a power of two, over its texture coordinates instead
-    /// (makeNormalMaps); 0: per patch.
+    /// Of a mesh: bake its normals as an image of so many texels a side, a power of two from 64 to 8,192, over its texture coordinates
+    /// instead (makeNormalMaps): one for each material, or one for all of a mesh that has a base mesh; 0: per patch.
     unsigned normalMap = 0;
     bool uvs = true;                        ///< bake a mesh's texture coordinates, whose seams become borders of patches
     /// Called with the map and the factor of its finest level once both are known, before levels are made; may throw. Empty: nothing is.
@@ -72,8 +72,17 @@ OSGTESSLOD_EXPORT const std::vector<std::string>& techniqueNames();
 
 /// What the texture coordinates of a material make of its normal map.
 struct NormalMapReport {
-    std::uint16_t material = 0;
+    std::string image;         ///< LodImage::name
+    std::uint64_t bytes = 0;   ///< of the image
     double coverage = 0.0;     ///< NormalMap's
+    double coveredTwice = 0.0;
+};
+
+/// A NormalMap whose image is encoded.
+struct StoredNormalMap {
+    std::optional<std::uint16_t> material;
+    std::vector<std::uint8_t> png;
+    double coverage = 0.0;
     double coveredTwice = 0.0;
 };
 
@@ -114,7 +123,7 @@ struct PatchedSurface {
     std::unique_ptr<PatchMap> map;
     ChartSet charts;
     LevelHierarchy hierarchy;
-    std::vector<NormalMap> normalMaps; ///< BakeOptions::normalMap
+    std::vector<StoredNormalMap> normalMaps; ///< BakeOptions::normalMap
 };
 
 /// The first part of bakeSource: all but errors, lattice and normals. Adds to the report what it did.

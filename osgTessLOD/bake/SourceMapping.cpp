@@ -6,8 +6,11 @@
 #include <osgTessLOD/bake/BakeStages.h>
 #include <osgTessLOD/bake/BuiltinSurface.h>
 #include <osgTessLOD/bake/ElevationMap.h>
+#include <osgTessLOD/bake/ImageFiles.h>
+#include <osgTessLOD/bake/NormalMap.h>
 #include <osgTessLOD/bake/RefinedPatches.h>
 #include <osgTessLOD/bake/SharedUvMap.h>
+#include <osgTessLOD/bake/SourceSurface.h>
 #include <osgTessLOD/bake/TerrainMap.h>
 
 #include <fmt/format.h>
@@ -220,6 +223,14 @@ bool isBuiltin(const std::string& source)
     return source.rfind(kBuiltinPrefix, 0) == 0;
 }
 
+/// Throws where a normal map is asked for and `source`, a mesh or not, has none.
+void checkNormalMap(const std::string& source, bool isMesh, const BakeOptions& options)
+{
+    if (options.normalMap == 0) { return; }
+    if (isMesh && options.uvs && options.displacement.empty() && !options.controlMesh.elevation) { return; }
+    throw AssetError(source + ": only meshes that are baked with their texture coordinates have normal maps over them");
+}
+
 /// Throws where options do not go together with the source or each other.
 void checkSource(const std::string& source, const BakeOptions& options)
 {
@@ -227,10 +238,7 @@ void checkSource(const std::string& source, const BakeOptions& options)
         (!options.base.empty() || !options.displacement.empty() || options.smoothingSteps > 0)) {
         throw AssetError(source + ": only meshes have base meshes, displacement maps and smoothing");
     }
-    if (options.normalMap != 0 && (isBuiltin(source) || isHeightFile(source) || !options.displacement.empty() ||
-                                   options.controlMesh.elevation || !options.uvs)) {
-        throw AssetError(source + ": only meshes that are baked with their texture coordinates have normal maps over them");
-    }
+    checkNormalMap(source, !isBuiltin(source) && !isHeightFile(source), options);
     if (options.tile && !isHeightFile(source)) { throw AssetError(source + ": only height images have tiles"); }
     if (!options.base.empty() && !options.displacement.empty()) {
         throw AssetError("with a displacement map the source itself is the base mesh");
@@ -241,16 +249,46 @@ void checkSource(const std::string& source, const BakeOptions& options)
     }
 }
 
-} // namespace
-
-MappedSource mapMesh(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
+/// Of a clean mesh. With a base mesh, whose materials are others, one for all: patches find their surface by texture coordinates alone.
+std::vector<StoredNormalMap> bakeNormalMaps(const SourceMesh& mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
 {
-    clean(mesh, options, progress, report);
-    if (!options.uvs && options.displacement.empty()) { mesh.uvs.clear(); }
+    std::vector<StoredNormalMap> stored;
+    const CornerNormals normals = cornerNormals(mesh, options.controlMesh.creaseAngleRadians);
+    makeNormalMaps(mesh, normals, options.normalMap, !options.base.empty(), progress, [&](NormalMap map) {
+        const std::string bytes = imageFiles().encode("normals.png", map.image);
+        stored.push_back({map.material, {bytes.begin(), bytes.end()}, map.coverage, map.coveredTwice});
+        if (map.coveredTwice > 0.0) {
+            const std::string name = map.material && *map.material < mesh.materials.size() ? mesh.materials[*map.material].name : "";
+            report.warnings.push_back(fmt::format("texture coordinates{} overlap in {:.3f} % of their normal map",
+                                                  name.empty() ? name : " of material " + name, 100.0 * map.coveredTwice));
+        }
+    });
+    checkStrict(mesh.name, options, report);
+    return stored;
+}
+
+MappedSource mapCleanMesh(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
     if (!options.displacement.empty()) { return makeDisplacedPatches(mesh, options, report); }
     if (options.controlMesh.elevation) { return makeElevations(std::move(mesh), options, progress, report); }
     return options.base.empty() ? makeMeshPatches(std::move(mesh), options, progress, report)
                                 : makeSharedUvPatches(std::move(mesh), options, report);
+}
+
+} // namespace
+
+MappedSource mapMesh(SourceMesh mesh, const BakeOptions& options, Progress& progress, BakeReport& report)
+{
+    checkNormalMap(mesh.name, true, options);
+    clean(mesh, options, progress, report);
+    if (!options.uvs && options.displacement.empty()) { mesh.uvs.clear(); }
+    std::vector<StoredNormalMap> normalMaps; // first of all: what cannot be is refused before the long work
+    if (options.normalMap != 0) {
+        normalMaps = timed(report, "normal map", [&] { return bakeNormalMaps(mesh, options, progress, report); });
+    }
+    MappedSource mapped = mapCleanMesh(std::move(mesh), options, progress, report);
+    mapped.normalMaps = std::move(normalMaps);
+    return mapped;
 }
 
 MappedSource mapSource(const std::string& source, const BakeOptions& options, Progress& progress, BakeReport& report)

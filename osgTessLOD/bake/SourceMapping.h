@@ -23,6 +23,7 @@ struct MappedSource {
     const SourceMesh* source = nullptr; ///< the map's own, to measure charts against; null: charts are the reference
     const SourceSamples* samples = nullptr; ///< the map's own
     unsigned finestFactor = 64;             ///< a larger one shows nothing more
+    std::vector<StoredNormalMap> normalMaps{};
 };
 
 /// Reads the source of this name, repairs it, and makes patches of it. Throws AssetError as bakeSource() does.

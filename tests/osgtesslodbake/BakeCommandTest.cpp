@@ -550,6 +550,49 @@ TEST_F(BakeCommand, EmbedsTheImagesOfMaterials)
     EXPECT_NE(readBytes(path).find("not looked into"), std::string::npos);
 }
 
+TEST_F(BakeCommand, BakesNormalsIntoAnImageOverTextureCoordinates)
+{
+    const std::string square = _folder.file("square.obj");
+    const std::string corners = "v 0 0 0\nv 1 0 0\nv 1 1 0.2\nv 0 1 0\n";
+    writeBytes(_folder.file("m.mtl"), "newmtl oak\nKd 1 0 0\n");
+    writeBytes(square, "mtllib m.mtl\n" + corners + "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl oak\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n");
+    const std::string path = _folder.file("square.tlod");
+    const std::string report = _folder.file("report.json");
+    const Arguments bake{square, "-o", path, "--max-factor", "4", "-q", "--report", report};
+    Arguments mapped = bake;
+    mapped.insert(mapped.end(), {"--normal-map", "64"});
+    const Outcome outcome = run(mapped);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+
+    const auto info = nlohmann::json::parse(run({"--info", path}).output);
+    EXPECT_EQ(info["normal_resolution"], 0);
+    const auto texture = info["materials"][0]["textures"][0];
+    EXPECT_EQ(texture["role"], "object-normal");
+    EXPECT_EQ(texture["image"], "normals-oak.png");
+    EXPECT_EQ(texture["embedded"], true);
+    const auto told = nlohmann::json::parse(readBytes(report))["normal_maps"][0];
+    EXPECT_EQ(told["image"], "normals-oak.png");
+    EXPECT_EQ(told["bytes"], texture["bytes"]);
+    EXPECT_EQ(told["coverage"], 1.0);
+    EXPECT_EQ(told["covered_twice"], 0.0);
+    EXPECT_EQ(run({"--check", path}).code, 0);
+    EXPECT_EQ(run(bake).code, 0);
+    EXPECT_FALSE(nlohmann::json::parse(readBytes(report)).contains("normal_maps"));
+
+    std::filesystem::remove(path);
+    std::filesystem::remove(report);
+    writeBytes(square, "mtllib m.mtl\n" + corners + "vt 0 0\nvt 1 0\nvt 1 1\nusemtl oak\nf 1/1 2/2 3/3\nf 1/1 3/3 4/2\n");
+    expectRefused(mapped, square + ": the texture coordinates of material oak overlap in 100.0 %");
+    expectRefused(mapped, "bake normals per patch (without --normal-map)");
+    writeBytes(square, "mtllib m.mtl\n" + corners + "vt 0 0\nvt 1 0\nvt 1 1\nusemtl oak\nf 1/1 2/2 3/3\nf 1 3 4\n");
+    expectRefused(mapped, square + ": has faces of material oak without texture coordinates");
+    writeBytes(square, corners + "f 1 2 3 4\n");
+    expectRefused(mapped, square + ": no texture coordinates for a normal map");
+    expectRefused({square, "-o", path, "--normal-map", "100"}, "a power of two from 64 to 8192, not 100");
+    expectRefused({"builtin:asteroid", "-o", path, "--normal-map", "64"}, "builtin:asteroid: only meshes");
+    EXPECT_EQ(run({square, "-o", path, "--normal-map", "64", "--no-normals"}).code, 1);
+}
+
 TEST_F(BakeCommand, TellsOfRepairsAndRefusesThemIfStrict)
 {
     const std::string square = _folder.file("square.obj");

@@ -1,19 +1,29 @@
 // SPDX-License-Identifier: MIT
-// Surfaces lit by a normal map over their own texture coordinates look as by normals per patch.
+// Surfaces lit by a normal map over their own texture coordinates look as by normals per patch, and as their source.
+#include <render/PlainTwin.h>
 #include <render/Poses.h>
 #include <render/ViewerTest.h>
 
 #include <osgTessLOD/bake/Baker.h>
+#include <osgTessLOD/bake/SourceSurface.h>
 #include <osgTessLOD/render/GpuAsset.h>
 #include <osgTessLOD/render/MaterialState.h>
 #include <osgTessLOD/render/TessLODDrawable.h>
 #include <osgTessLOD/render/TessLODInstances.h>
+
+#include <osg/Geometry>
+#include <osg/Image>
+#include <osg/Material>
+#include <osg/MatrixTransform>
+#include <osgDB/Registry>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
 #include <memory>
+#include <sstream>
+#include <string>
 #include <vector>
 
 namespace osgTessLOD {
@@ -69,6 +79,28 @@ std::shared_ptr<const LodAsset> baked(Normals normals)
     return std::make_shared<const LodAsset>(bake::bakeMesh(torus(), options, progress, report));
 }
 
+/// All triangles of it, in the asset's frame, with the normals that the bake takes.
+osg::ref_ptr<osg::Geometry> sourceGeometry(const LodAsset& asset)
+{
+    const bake::SourceMesh mesh = torus();
+    const bake::CornerNormals ofCorners = bake::cornerNormals(mesh, bake::ControlMeshOptions().creaseAngleRadians);
+    std::vector<osg::Vec3f> corners;
+    const osg::ref_ptr<osg::Vec3Array> normals = new osg::Vec3Array;
+    const osg::Vec3d origin(asset.lattice.origin[0], asset.lattice.origin[1], asset.lattice.origin[2]);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Eigen::Vector3d& p = mesh.positions[mesh.triangles[t][k]];
+            const Eigen::Vector3f& n = ofCorners[t][k];
+            corners.emplace_back(osg::Vec3d(p.x(), p.y(), p.z()) - origin);
+            normals->push_back(osg::Vec3f(n.x(), n.y(), n.z()));
+        }
+    }
+    osg::ref_ptr<osg::Geometry> geometry = plainGeometry(corners);
+    geometry->setNormalArray(normals.get(), osg::Array::BIND_PER_VERTEX);
+    geometry->getOrCreateStateSet()->setMode(GL_NORMALIZE, osg::StateAttribute::ON);
+    return geometry;
+}
+
 class NormalMapView : public testing::TestWithParam<Backend> {
 protected:
     NormalMapView()
@@ -76,6 +108,7 @@ protected:
         viewer.setThreadingModel(osgViewer::Viewer::SingleThreaded);
         setUpHeadless(*viewer.getCamera(), kSize, kSize);
         viewer.getCamera()->setFinalDrawCallback(snapshot.get());
+        root->getOrCreateStateSet()->setAttribute(new osg::Material); // of geometry and ours alike
         viewer.setSceneData(root.get());
         viewer.realize();
         static const std::array<std::shared_ptr<const LodAsset>, 3> assets{baked(Normals::PerPatch), baked(Normals::Map),
@@ -94,8 +127,12 @@ protected:
         options.errorPixels = errorPixels;
         drawable.setOptions(options);
         addMaterialStates(drawable, "", nullptr, true);
+        return picture(drawable);
+    }
+    std::vector<unsigned char> picture(osg::Node& node)
+    {
         root->removeChildren(0, root->getNumChildren());
-        root->addChild(&drawable);
+        root->addChild(&node);
         viewer.frame();
         const osg::Image& image = snapshot->image();
         return {image.data(), image.data() + image.getTotalSizeInBytes()};
@@ -153,6 +190,56 @@ TEST_P(NormalMapView, looksAsWithNormalsPerPatch)
         const Difference without = difference(show(*perPatch, 0.5), show(*none, 0.5));
         EXPECT_GT(without.mean, 2.0 * off.mean) << "or the test shows nothing";
     }
+}
+
+/// Fixed function lights corners only: triangles of 3 degrees, whose middles are darker by up to 1 − cos 1.5° of 255, which is 0.1, and more
+/// where bumps are steep; and silhouettes differ by what the error of levels leaves, half a pixel.
+constexpr double kSourceMean = 0.8;
+
+TEST_P(NormalMapView, looksAsTheSourceDrawnByOpenSceneGraph)
+{
+    const osg::ref_ptr<osg::Geometry> source = sourceGeometry(mapped->getGpuAsset()->asset());
+    for (const osg::Vec3d& eye : {osg::Vec3d(0.0, -5.0, 3.0), osg::Vec3d(4.0, 1.0, 4.0), osg::Vec3d(0.5, 0.5, -5.0)}) {
+        lookFrom(eye);
+        const std::vector<unsigned char> whole = picture(*source);
+        const Difference off = difference(whole, show(*mapped, 0.5));
+        const Difference without = difference(whole, show(*none, 0.5));
+        EXPECT_LT(off.mean, kSourceMean);
+        EXPECT_GT(without.mean, 4.0 * off.mean) << "or the test shows nothing";
+    }
+}
+
+TEST_P(NormalMapView, looksAsTheDeformedSourceDrawnByOpenSceneGraph)
+{
+    // Alike everywhere, so that the source can be deformed by a matrix: sheared, stretched and turned; then mirrored, too.
+    const LodAsset& asset = mapped->getGpuAsset()->asset();
+    for (const double side : {1.0, -1.0}) {
+        osg::Matrixd shape;
+        shape.set(1.1, 0.3, 0.0, 0.0, 0.0, 0.7 * side, 0.2, 0.0, 0.4, 0.0, 1.2, 0.0, 0.1, -0.1, 0.2, 1.0);
+        mapped->setDeformation(new ControlMeshDeformation(mapped->getGpuAsset(), std::vector<osg::Matrixd>(asset.baseVertices.size(), shape)));
+        const osg::ref_ptr<osg::MatrixTransform> source = new osg::MatrixTransform(shape);
+        source->addChild(sourceGeometry(asset).get());
+        lookFrom(osg::Vec3d(1.0, -6.0, 3.0));
+        const std::vector<unsigned char> whole = picture(*source);
+        EXPECT_LT(difference(whole, show(*mapped, 0.5)).mean, kSourceMean) << side;
+        mapped->setDeformation(nullptr);
+        EXPECT_GT(difference(whole, show(*mapped, 0.5)).mean, 10.0) << "it is deformed";
+    }
+}
+
+TEST_P(NormalMapView, isLitByItsTrianglesWhereTheMapHasNoDirection)
+{
+    const osg::ref_ptr<osg::Image> grey = new osg::Image;
+    grey->allocateImage(2, 2, 1, GL_RGB, GL_UNSIGNED_BYTE);
+    std::fill(grey->data(), grey->data() + grey->getTotalSizeInBytes(), static_cast<unsigned char>(128));
+    std::stringstream png;
+    ASSERT_TRUE(osgDB::Registry::instance()->getReaderWriterForExtension("png")->writeImage(*grey, png).success());
+    LodAsset asset = mapped->getGpuAsset()->asset();
+    const std::string bytes = png.str();
+    asset.images.front().bytes.assign(bytes.begin(), bytes.end());
+    const osg::ref_ptr<TessLODDrawable> undirected = new TessLODDrawable(std::make_shared<const LodAsset>(asset));
+    lookFrom(osg::Vec3d(2.0, -4.0, 3.0));
+    EXPECT_EQ(show(*undirected, 4.0), show(*none, 4.0));
 }
 
 TEST_P(NormalMapView, keepsTheSourcesNormalsAtCoarseLevels)
