@@ -329,9 +329,11 @@ std::size_t Cracks::holesBetween(const std::vector<LodAsset>& assets)
     for (int k = 0; k < 100; ++k) {
         SelectionOptions options;
         options.backend = GetParam();
-        options.errorPixels = std::exp(uniform(-1.0, 3.5));
         options.bound = k % 2 == 0 ? SelectionOptions::Bound::Conservative : SelectionOptions::Bound::FirstOrder;
-        for (const auto& tile : tiles) { tile->setOptions(options); }
+        for (const auto& tile : tiles) { // each asks for an error of its own
+            options.errorPixels = std::exp(uniform(-1.0, 3.5));
+            tile->setOptions(options);
+        }
         // Steeper than the slopes, so that no hill hides ground behind it.
         const double azimuth = uniform(0.0, 6.3);
         const double slope = uniform(1.1, 1.57);
