@@ -148,17 +148,20 @@ TEST(NormalMap, GrowsChartsUntilTheyMeet)
 
 TEST(NormalMap, HasTheMeanOfWhatIsInATexelAlone)
 {
-    // Two strips of half a texel, and one of a quarter of a texel with nothing beside it.
+    // Two strips of half a texel, one of a quarter of a texel with nothing beside it, and two whose border goes through points of one of them.
     const Vector3f up = Vector3f::UnitZ();
     const Vector3f aside = Vector3f::UnitX();
     const float texel = 1.0F / 64;
     const std::vector<Corners> strips = rectangle(10 * texel, 0, 10.5F * texel, 1) + rectangle(10.5F * texel, 0, 11 * texel, 1) +
-                                        rectangle(40 * texel, 0, 40.25F * texel, 1);
-    const NormalMap map = mapsOf(meshOf(strips), normalsOf({up, up, aside, aside, aside, aside}))[0];
-    EXPECT_DOUBLE_EQ(map.coverage, 1.25 / 64);
+                                        rectangle(40 * texel, 0, 40.25F * texel, 1) + rectangle(50 * texel, 0, 50.375F * texel, 1) +
+                                        rectangle(50.375F * texel, 0, 51 * texel, 1);
+    const NormalMap map = mapsOf(meshOf(strips), normalsOf({up, up, aside, aside, aside, aside, up, up, aside, aside}))[0];
+    EXPECT_DOUBLE_EQ(map.coverage, 2.25 / 64);
     for (std::uint32_t row = 0; row < 64; ++row) {
         EXPECT_LT((normalAt(map, 10, row) - (up + aside).normalized()).norm(), kRounding) << row;
         EXPECT_LT((normalAt(map, 40, row) - aside).norm(), kRounding) << row;
+        const Vector3f n = normalAt(map, 50, row);
+        EXPECT_LT(std::min((n - (up + 3 * aside).normalized()).norm(), (n - (up + aside).normalized()).norm()), kRounding) << row;
     }
 }
 
@@ -331,6 +334,23 @@ TEST(NormalMap, TakesThePlaceOfNormalsPerPatchInTheAsset)
         const Vector3d n(-0.6 * std::cos(3.0 * x) * std::sin(5.0 * y), -std::sin(3.0 * x) * std::cos(5.0 * y), 1.0);
         // The mesh's own are off by the square of its steps times the third derivatives: 0.2 · 5³ / 96² = 0.0027, some third of it.
         EXPECT_LT((normalAt(map, k, k).cast<double>() - n.normalized()).norm(), 1e-3 + double{kRounding}) << k;
+    }
+}
+
+TEST(NormalMap, IsRefusedForTheLeastOverlapIfStrict)
+{
+    SourceMesh mesh = hill(96);
+    mesh.uvs[0] = mesh.uvs[2]; // one of 18,432 triangles
+    BakeOptions options;
+    options.normalMap = 1024;
+    options.strict = true;
+    Progress progress;
+    BakeReport report;
+    try {
+        bakeMesh(mesh, options, progress, report);
+        ADD_FAILURE();
+    } catch (const AssetError& error) {
+        EXPECT_STREQ(error.what(), "hill.obj: not baked, as it is not sound: texture coordinates overlap in 0.005 % of their normal map");
     }
 }
 

@@ -227,6 +227,23 @@ TEST_P(NormalMapView, looksAsTheDeformedSourceDrawnByOpenSceneGraph)
     }
 }
 
+TEST_P(NormalMapView, hasTenBitsOfItsImageOnAUnitOfItsOwn)
+{
+    show(*mapped, 4.0);
+    const osg::StateSet* state = mapped->getMaterialState(0);
+    ASSERT_NE(state, nullptr);
+    EXPECT_NE(state->getDefinePair("TESSLOD_NORMAL_MAP"), nullptr);
+    const auto* texture = dynamic_cast<const osg::Texture2D*>(state->getTextureAttribute(9, osg::StateAttribute::TEXTURE));
+    ASSERT_NE(texture, nullptr);
+    EXPECT_EQ(texture->getImage()->s(), 512);
+    EXPECT_EQ(texture->getImage()->getDataType(), static_cast<GLenum>(GL_UNSIGNED_SHORT));
+    EXPECT_EQ(texture->getInternalFormat(), GL_RGB10_A2);
+    EXPECT_EQ(texture->getFilter(osg::Texture::MIN_FILTER), osg::Texture::LINEAR_MIPMAP_LINEAR);
+    show(*perPatch, 4.0);
+    const osg::StateSet* other = perPatch->getMaterialState(0);
+    EXPECT_TRUE(other == nullptr || other->getDefinePair("TESSLOD_NORMAL_MAP") == nullptr);
+}
+
 TEST_P(NormalMapView, isLitByItsTrianglesWhereTheMapHasNoDirection)
 {
     const osg::ref_ptr<osg::Image> grey = new osg::Image;
@@ -283,6 +300,15 @@ TEST_P(NormalMapView, turnsWithPlacements)
     const Difference off = difference(pictures[0], pictures[1]);
     EXPECT_LT(off.mean, kMean);
     EXPECT_LT(off.beyond8, kBeyond8);
+
+    const osg::ref_ptr<osg::Geometry> source = sourceGeometry(mapped->getGpuAsset()->asset());
+    const osg::ref_ptr<osg::Group> placed = new osg::Group;
+    for (const osg::Matrixd& place : places) {
+        const osg::ref_ptr<osg::MatrixTransform> transform = new osg::MatrixTransform(place);
+        transform->addChild(source.get());
+        placed->addChild(transform.get());
+    }
+    EXPECT_LT(difference(picture(*placed), pictures[1]).mean, kSourceMean);
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryBackend, NormalMapView, testing::Values(Backend::Tessellation, Backend::Instanced),
