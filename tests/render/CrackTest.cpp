@@ -275,10 +275,10 @@ TEST_P(Cracks, areNowhereBetweenAnyTwoLevels)
     }
 }
 
-/// Hills, 97 × 97 samples 10 apart, as a file of heights.
+/// Hills, 65 × 65 samples 10 apart, as a file of heights.
 void writeHills(const std::string& path)
 {
-    constexpr int kSide = 97;
+    constexpr int kSide = 65;
     std::ofstream file(path, std::ios::binary);
     for (int r = 0; r < kSide; ++r) {
         for (int c = 0; c < kSide; ++c) {
@@ -297,7 +297,7 @@ const std::vector<LodAsset>& bakedTiles()
         const std::string path = folder.file("N46E007.hgt");
         writeHills(path);
         bake::BakeOptions options;
-        options.maxFactor = 16;
+        options.maxFactor = 8;
         options.normals = false;
         options.heights.spacing = {{10.0, 10.0}};
         options.tolerance = 0.002;
